@@ -1,0 +1,27 @@
+"""Failures a user can act on: each is one full sentence that ends with the remedy."""
+
+from __future__ import annotations
+
+
+class Failure(Exception):
+    """Base of all expected failures; ``str(failure)`` is one full sentence that says what to change."""
+
+
+class InvalidField(Failure):
+    """A field has the wrong size or holds values that are not finite."""
+
+
+class EmptySolid(Failure):
+    """No vertex of the domain is solid, so there is nothing to extract."""
+
+
+class NotManifold(Failure):
+    """The triangles do not bound a solid and could not be repaired."""
+
+
+class SolveFailure(Failure):
+    """A linear system could not be solved to the accuracy asked for."""
+
+
+class UnreadableSolid(Failure):
+    """Bytes that should hold a solid hold none."""

@@ -1,0 +1,112 @@
+"""Physical parameters of the model, in N, mm and s (Table 1 of arXiv:2605.20101)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+
+
+@dataclass(frozen=True)
+class Material:
+    """Ersatz material of Section 2.1.
+
+    Attributes:
+        bulk, shear: K_s and G_s, initial moduli of the solid, N/mm².
+        ramp_penalty: p̂ of Eq. (2).
+        stiffness_contrast: E_0 of Eq. (2).
+        void_permeability, solid_permeability: k_v and k_s, mm⁴/(N s).
+        drainage: Q_s, drainage of the solid, mm²/(N s).
+        hessian_penalty: c_r, N.
+    """
+
+    bulk: float
+    shear: float
+    ramp_penalty: float
+    stiffness_contrast: float
+    void_permeability: float
+    solid_permeability: float
+    drainage: float
+    hessian_penalty: float
+
+    @classmethod
+    def from_ratios(
+        cls,
+        *,
+        length: float,
+        interface_width: float,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        ramp_penalty: float,
+        stiffness_contrast: float,
+        void_permeability_rate: float,
+        permeability_contrast: float,
+        hessian_regularisation: float,
+    ) -> Material:
+        """Parameters from the dimensionless ratios of Table 1; c_r = α L² K_s."""
+        bulk = youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
+        shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
+        void_permeability = void_permeability_rate * length**2 / youngs_modulus
+        solid_permeability = permeability_contrast * void_permeability
+        # Pressure decays to a tenth within 2 % of the interface width (Section 2.1).
+        drainage = (-log(0.1) / (0.02 * interface_width)) ** 2 * solid_permeability
+        return cls(
+            bulk,
+            shear,
+            ramp_penalty,
+            stiffness_contrast,
+            void_permeability,
+            solid_permeability,
+            drainage,
+            hessian_regularisation * length**2 * bulk,
+        )
+
+
+@dataclass(frozen=True)
+class Load:
+    """Actuation and environment of half an actuator.
+
+    Attributes:
+        pressure: p_in, N/mm² (p_out is zero).
+        arm_length: L_arm, mm.
+        spring_stiffness: k_sp, N/mm.
+    """
+
+    pressure: float
+    arm_length: float
+    spring_stiffness: float
+
+    @classmethod
+    def from_ratios(
+        cls, *, radius: float, youngs_modulus: float, pressure_ratio: float, arm_ratio: float, spring_ratio: float
+    ) -> Load:
+        """Parameters from the dimensionless ratios of Table 1."""
+        arm_length = arm_ratio * radius
+        return cls(
+            pressure_ratio * youngs_modulus, arm_length, spring_ratio * youngs_modulus * radius**3 / arm_length**2
+        )
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Weights and limits of Eqs. (8) to (14) and Appendix B.
+
+    Attributes:
+        area_weight, slope_weight, leak_weight, strain_energy_weight, passive_weight: c_A, c_i, c_p, c_Ψ and the
+            factor of C_χ.
+        energy_limit: Ψ_lim, N/mm².
+        interface_width, diffusivity_length: L_i and L_t, mm.
+    """
+
+    area_weight: float
+    slope_weight: float
+    leak_weight: float
+    strain_energy_weight: float
+    passive_weight: float
+    energy_limit: float
+    interface_width: float
+    diffusivity_length: float
+
+    @classmethod
+    def from_strain_limit(cls, *, youngs_modulus: float, strain_limit: float, **weights: float) -> Objective:
+        """Ψ_lim = E ε² / 2 for an allowable strain ε."""
+        return cls(energy_limit=0.5 * youngs_modulus * strain_limit**2, **weights)
