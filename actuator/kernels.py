@@ -1,0 +1,261 @@
+"""Compiled element loops: the residual and the derivative of the Lagrangian.
+
+Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G J^(-2/3) dev(F Fᵀ) does the
+work τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from actuator.material import drainage, energy, inverse, left_cauchy_green, permeability, stiffness
+
+# Contraction to fused multiply-add is allowed; no reordering, so that results do not depend on the thread count.
+FAST = {"contract", "nsz", "arcp"}
+
+
+@njit(cache=True, inline="always")
+def deformation_gradient(u, nodes, gradient, F):
+    """F = I + Σ u_a ⊗ ∇N_a."""
+    for i in range(3):
+        for j in range(3):
+            F[i, j] = 1.0 if i == j else 0.0
+    for a in range(20):
+        n = nodes[a]
+        for i in range(3):
+            for j in range(3):
+                F[i, j] += u[n, i] * gradient[a, j]
+
+
+@njit(cache=True, inline="always")
+def interpolate(field, vertices, shape):
+    """Value of a vertex field at a quadrature point."""
+    value = field[vertices[0]] * shape[0]
+    for a in range(1, 8):
+        value += field[vertices[a]] * shape[a]
+    return value
+
+
+@njit(cache=True, inline="always")
+def vertex_gradient(field, vertices, gradient, out):
+    """Write the material gradient of a vertex field."""
+    for i in range(3):
+        out[i] = field[vertices[0]] * gradient[0, i]
+        for a in range(1, 8):
+            out[i] += field[vertices[a]] * gradient[a, i]
+
+
+@njit(cache=True, inline="always")
+def push(Finv, g, out):
+    """Write F⁻ᵀ g."""
+    for i in range(3):
+        out[i] = Finv[0, i] * g[0] + Finv[1, i] * g[1] + Finv[2, i] * g[2]
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def residual(geometry, source, c, chi, u, p, Ru, Rp):
+    """Element residuals of Eqs. (5) and (6), without tractions on Γ.
+
+    Args:
+        geometry: :class:`actuator.discretisation.Geometry`.
+        source: Q_in at the quadrature points, (n_section, n_q), mm²/(N s).
+        c: :class:`actuator.material.Coefficients`.
+        chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
+        Ru, Rp: results, (n_cells, 20, 3) in N and (n_cells, 8) in mm³/s.
+
+    Returns:
+        Smallest det F over all quadrature points (real part).
+    """
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    lowest = np.empty(n_cells)
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
+        F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
+        b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
+        g, w, flux = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
+        H = geometry.hessian[s]
+        for a in range(20):
+            for i in range(3):
+                value = 0.0 * u[0, 0]
+                for d in range(20):
+                    value += H[a, d] * u[nodes[d], i]
+                Ru[e, a, i] = c.hessian_penalty * value
+        for a in range(8):
+            Rp[e, a] = 0.0
+        lowest[e] = np.inf
+        for q in range(n_q):
+            dx = geometry.volume[s, q]
+            deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
+            J = inverse(F, Finv)
+            lowest[e] = min(lowest[e], J.real)
+            if J.real <= 0.0:
+                continue
+            x = interpolate(chi, vertices, geometry.shape[q])
+            pressure = interpolate(p, vertices, geometry.shape[q])
+            trace = left_cauchy_green(F, b)
+            E = stiffness(x, c)[0]
+            log_J = np.log(J)
+            spherical = E * c.bulk * log_J - J * pressure
+            G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
+            for i in range(3):
+                for j in range(3):
+                    b[i, j] *= G
+                b[i, i] += spherical - G * trace / 3.0
+            for i in range(3):
+                for k in range(3):
+                    P[i, k] = dx * (b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2])
+            for a in range(20):
+                grad = geometry.gradient20[s, q, a]
+                for i in range(3):
+                    Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
+            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
+            push(Finv, g, w)
+            kJ = permeability(x, c)[0] * J * dx
+            for i in range(3):
+                flux[i] = kJ * (Finv[i, 0] * w[0] + Finv[i, 1] * w[1] + Finv[i, 2] * w[2])
+            sink = dx * (source[s, q] * (pressure - c.pressure) + drainage(x, c)[0] * pressure)
+            for a in range(8):
+                grad = geometry.gradient[s, q, a]
+                Rp[e, a] += (
+                    flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
+                )
+    return lowest.min()
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, g_chi, g_u, g_p):
+    """Derivative of Λ_u·R_u + Λ_p·R_p + weight · C_Ψ with respect to χ, u and p, per element.
+
+    Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 13) and 0 to leave it out; the complex
+    step on this function gives second derivatives.
+
+    Args:
+        lu, lp: adjoint fields Λ_u (n_nodes, 3) and Λ_p (n_vertices,), of the type of the other fields.
+        g_chi, g_u, g_p: results, (n_cells, 8), (n_cells, 20, 3) and (n_cells, 8).
+    """
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
+        F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
+        b, H = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
+        h, M = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
+        g, w, gl = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
+        v, flux = np.empty(3, u.dtype), np.empty(3, u.dtype)
+        hessian = geometry.hessian[s]
+        for a in range(20):
+            for i in range(3):
+                value = 0.0 * u[0, 0]
+                for d in range(20):
+                    value += hessian[a, d] * lu[nodes[d], i]
+                g_u[e, a, i] = c.hessian_penalty * value
+        for a in range(8):
+            g_chi[e, a] = 0.0
+            g_p[e, a] = 0.0
+        for q in range(n_q):
+            dx = geometry.volume[s, q]
+            gradient20 = geometry.gradient20[s, q]
+            deformation_gradient(u, nodes, gradient20, F)
+            J = inverse(F, Finv)
+            x = interpolate(chi, vertices, geometry.shape[q])
+            pressure = interpolate(p, vertices, geometry.shape[q])
+            trace = left_cauchy_green(F, b)
+            E, dE = stiffness(x, c)
+            log_J = np.log(J)
+            iso = np.exp(-2.0 / 3.0 * log_J)
+            G = E * c.shear * iso
+            # h = ∇Λ F⁻¹
+            for i in range(3):
+                for j in range(3):
+                    H[i, j] = 0.0
+            for a in range(20):
+                n = nodes[a]
+                for i in range(3):
+                    for j in range(3):
+                        H[i, j] += lu[n, i] * gradient20[a, j]
+            b_h = 0.0 * J
+            for i in range(3):
+                for j in range(3):
+                    h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
+                    b_h += b[i, j] * h[i, j]
+            div = h[0, 0] + h[1, 1] + h[2, 2]
+            dev_h = b_h - trace * div / 3.0  # dev(b) : h
+            d_chi = dE * (c.bulk * log_J * div + c.shear * iso * dev_h)
+            d_p = -J * div
+            # The tangent contracted with h, as a matrix M acting on n_a.
+            spherical = E * c.bulk * log_J - J * pressure
+            isotropic = (E * c.bulk - J * pressure) * div - 2.0 / 3.0 * G * dev_h
+            for i in range(3):
+                for j in range(3):
+                    # (h + hᵀ - 2/3 div) b̄ - hᵀ τ, with τ = b̄ + (spherical - G tr b / 3) I
+                    value = -h[j, i] * (spherical - G * trace / 3.0)
+                    for k in range(3):
+                        value += h[i, k] * G * b[k, j]
+                    M[i, j] = value - 2.0 / 3.0 * div * G * b[i, j]
+                M[i, i] += isotropic
+            # Darcy
+            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
+            push(Finv, g, w)
+            vertex_gradient(lp, vertices, geometry.gradient[s, q], gl)
+            push(Finv, gl, v)
+            adjoint = interpolate(lp, vertices, geometry.shape[q])
+            k, dk = permeability(x, c)
+            out, d_out = drainage(x, c)
+            wv = w[0] * v[0] + w[1] * v[1] + w[2] * v[2]
+            d_chi += dk * J * wv + d_out * pressure * adjoint
+            d_p += (source[s, q] + out) * adjoint
+            for i in range(3):
+                flux[i] = dx * k * J * (Finv[i, 0] * v[0] + Finv[i, 1] * v[1] + Finv[i, 2] * v[2])
+                for j in range(3):
+                    M[i, j] -= k * J * (w[i] * v[j] + v[i] * w[j])
+                M[i, i] += k * J * wv
+            # Strain energy limit
+            if weight != 0.0:
+                Es, dEs = stiffness(x + c.energy_shift, c)
+                over = energy(Es, log_J, iso * trace, c) / c.energy_limit - 1.0
+                if over.real > 0.0:
+                    slope = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
+                    d_chi += slope * energy(dEs, log_J, iso * trace, c)
+                    Gs = slope * Es * c.shear * iso
+                    for i in range(3):
+                        for j in range(3):
+                            M[i, j] += Gs * b[i, j]
+                        M[i, i] += slope * Es * c.bulk * log_J - Gs * trace / 3.0
+            # f_a = M F⁻ᵀ ∇N_a
+            for i in range(3):
+                for j in range(3):
+                    H[i, j] = dx * (M[i, 0] * Finv[j, 0] + M[i, 1] * Finv[j, 1] + M[i, 2] * Finv[j, 2])
+            for a in range(20):
+                for i in range(3):
+                    g_u[e, a, i] += H[i, 0] * gradient20[a, 0] + H[i, 1] * gradient20[a, 1] + H[i, 2] * gradient20[a, 2]
+            for a in range(8):
+                grad = geometry.gradient[s, q, a]
+                shape = geometry.shape[q, a]
+                g_chi[e, a] += dx * d_chi * shape
+                g_p[e, a] += dx * d_p * shape + flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def strain_energy_excess(geometry, c, chi, u):
+    """C_Ψ of Eq. (13) and the largest Ψ(χ + 4/L_i, u) / Ψ_lim over the quadrature points."""
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    total, largest = np.zeros(n_cells), np.zeros(n_cells)
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
+            J = inverse(F, Finv)
+            if J <= 0.0:
+                total[e] = np.inf
+                continue
+            log_J = np.log(J)
+            trace = left_cauchy_green(F, b) * np.exp(-2.0 / 3.0 * log_J)
+            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
+            ratio = energy(stiffness(x + c.energy_shift, c)[0], log_J, trace, c) / c.energy_limit
+            largest[e] = max(largest[e], ratio)
+            if ratio > 1.0:
+                total[e] += geometry.volume[s, q] * c.strain_energy_weight / 6.0 * (ratio - 1.0) ** 6
+    return total.sum(), largest.max()

@@ -1,0 +1,338 @@
+"""The pressurised state: Newton's method on Eqs. (5) to (8), and linear solves with its tangent.
+
+One factorisation of the symmetric mechanical block preconditions GMRES on the coupled tangent; it serves several
+Newton steps, the adjoint and later designs, until the iteration count says that a fresh one is cheaper.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from actuator.constraints import Kinematics
+from actuator.discretisation import Discretisation
+from actuator.domain import Floats, HalfCylinder
+from actuator.failure import SolveFailure
+from actuator.kernels import residual
+from actuator.assembly import scatter_vector
+from actuator.linear import SolverName, gmres, make_solver
+from actuator.material import Coefficients
+from actuator.parameters import Load, Material, Objective
+from actuator.source import pressure_source
+from actuator.tangent import Tangent
+
+#: Iterations of one coupled solve after which the mechanical block is factorised anew: on the paper's mesh a
+#: factorisation costs about as much as this many triangular solves.
+STALE_ITERATIONS = 25
+MAX_NEWTON = 25
+MAX_KRYLOV = 120
+
+
+@dataclass
+class Work:
+    """Counts of what has been done, for the history and for benchmarks."""
+
+    newton: int = 0
+    krylov: int = 0
+    factorisations: int = 0
+    darcy_factorisations: int = 0
+    states: int = 0
+    adjoints: int = 0
+    products: int = 0
+
+
+@dataclass(frozen=True)
+class State:
+    """A converged state.
+
+    Attributes:
+        chi: the design it belongs to, (n_vertices,).
+        x: reduced displacements and T, (n_x,); see :class:`actuator.constraints.Kinematics`.
+        p: pressure, (n_vertices,), N/mm².
+        displacement: u, (n_nodes, 3), mm.
+        nodal: nodal residual forces, (n_nodes, 3), N; on Γ they are the reactions that replace q.
+        residual: relative residual reached.
+        lowest_jacobian: smallest det F at the quadrature points.
+    """
+
+    chi: Floats
+    x: Floats
+    p: Floats
+    displacement: Floats
+    nodal: Floats
+    residual: float
+    lowest_jacobian: float
+
+    @property
+    def arm(self) -> Floats:
+        """T = [T1, T3 (mm), θ2 (rad)]."""
+        return self.x[-3:]
+
+
+class NoState(SolveFailure):
+    """Newton's method found no state for this design from the given start."""
+
+
+@dataclass
+class _Residual:
+    x: Floats
+    p: Floats
+    nodal: Floats
+    lowest: float
+    norm: float = field(default=np.inf)
+
+
+class Equilibrium:
+    """State equations of one case: residuals, tangents, Newton's method, tangent and adjoint solves.
+
+    Args:
+        domain: the meshed half cylinder.
+        material, load, objective: parameters of the model.
+        tolerance: relative residual of a converged state.
+        solver: name of the direct solver.
+        threads: used by the direct solver.
+    """
+
+    def __init__(
+        self,
+        domain: HalfCylinder,
+        material: Material,
+        load: Load,
+        objective: Objective,
+        *,
+        tolerance: float = 1e-8,
+        solver: SolverName = "auto",
+        threads: int = 2,
+    ) -> None:
+        self.domain = domain
+        self.discretisation = Discretisation(domain)
+        self.geometry = self.discretisation.geometry
+        self.kinematics = Kinematics(domain, load)
+        self.coefficients = Coefficients.of(material, load, objective)
+        self.source = pressure_source(self.discretisation.radii, domain.radius, material.drainage)
+        self.tangent = Tangent(self.discretisation, self.kinematics)
+        self.tolerance = tolerance
+        self.work = Work()
+        mechanics, darcy = self.tangent.mechanics, self.tangent.darcy
+        self.mechanical_solver = make_solver(
+            mechanics.indptr, mechanics.indices, symmetric=True, name=solver, threads=threads
+        )
+        self.darcy_solver = make_solver(
+            darcy.indptr, darcy.indices, symmetric=True, positive_definite=True, name=solver, threads=threads
+        )
+        # Two more solvers on the vertices' pattern, for the optimiser: Darcy with u frozen, and the design's Hessian.
+        self.frozen_darcy_solver, self.design_solver = (
+            make_solver(
+                darcy.indptr, darcy.indices, symmetric=True, positive_definite=True, name=solver, threads=threads
+            )
+            for _ in range(2)
+        )
+        self._stale = self._fresh = True
+        self._scales: tuple[float, float] | None = None
+        self._linearised_at: State | None = None
+
+    # ------------------------------------------------------------------ residual
+
+    def residual(self, chi: Floats, x: Floats, p: Floats) -> tuple[Floats, Floats, Floats, float]:
+        """Residuals in x (N, N mm) and p (mm³/s), nodal forces (n_nodes, 3) and smallest det F; real or complex."""
+        kind = np.result_type(chi, x, p)
+        n_cells = len(self.geometry.cells)
+        Ru, Rp = np.empty((n_cells, 20, 3), kind), np.empty((n_cells, 8), kind)
+        u = self.kinematics.displacement(x).astype(kind, copy=False)
+        lowest = residual(
+            self.geometry,
+            self.source,
+            self.coefficients,
+            chi.astype(kind, copy=False),
+            u,
+            p.astype(kind, copy=False),
+            Ru,
+            Rp,
+        )
+        nodal = scatter_vector(Ru, self.geometry.node_cells, len(u))
+        rx = self.kinematics.force(x, nodal)
+        rx[-3:] += self.kinematics.spring_force(x)
+        return rx, scatter_vector(Rp, self.geometry.cells, len(p)), nodal, float(lowest)
+
+    def _evaluate(self, chi: Floats, x: Floats, p: Floats) -> _Residual:
+        rx, rp, nodal, lowest = self.residual(chi, x, p)
+        norm = np.inf if lowest <= 0.0 else self._norm(rx, rp)
+        return _Residual(rx, rp, nodal, lowest, norm if np.isfinite(norm) else np.inf)
+
+    def _norm(self, rx: Floats, rp: Floats) -> float:
+        force, flow = self.scales
+        return float(np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow))
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """Forces (N) and flows (mm³/s) that residuals are measured against: those of the load itself."""
+        if self._scales is None:
+            p = np.full(self.domain.mesh.nvertices, self.coefficients.pressure)
+            inside = self.discretisation.radii < 0.3 * self.domain.radius
+            zero, void = np.zeros(self.kinematics.size), np.full_like(p, -30.0)
+            # Forces of the pressure on the boundary of a fully pressurised void; inflow from the source at p = 0.
+            rx, _, _, _ = self.residual(void, zero, p)
+            _, rp, _, _ = self.residual(void, zero, 0.0 * p)
+            assert inside.any()
+            self._scales = (float(np.linalg.norm(rx)) or 1.0, float(np.linalg.norm(rp)) or 1.0)
+        return self._scales
+
+    # -------------------------------------------------------------------- Newton
+
+    def pressure(self, chi: Floats, x: Floats) -> Floats:
+        """Solve Eq. (5) for p at given displacements, (n_vertices,), N/mm²."""
+        zero = np.zeros(self.domain.mesh.nvertices)
+        _, rp, nodal, _ = self.residual(chi, x, zero)
+        self.tangent.assemble(self.source, self.coefficients, chi, x, zero, nodal)
+        self._linearised_at = None
+        self.darcy_solver.factorise(self.tangent.pp.data)
+        self.work.darcy_factorisations += 1
+        return self.darcy_solver.solve(-rp)
+
+    def solve(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> State:
+        """The state of a design by Newton's method.
+
+        Args:
+            chi: design, (n_vertices,).
+            start: x and p to start from; at rest if None.
+
+        Raises:
+            NoState: if Newton's method does not converge.
+        """
+        if start is None:
+            x = np.zeros(self.kinematics.size)
+            p = self.pressure(chi, x)
+            self._stale = True
+        else:
+            x, p = start
+        now = self._evaluate(chi, x, p)
+        if now.lowest <= 0.0:
+            raise NoState("The start of Newton's method has an inverted element: take a smaller design step.")
+        for _ in range(MAX_NEWTON):
+            if now.norm <= self.tolerance:
+                self.work.states += 1
+                u = self.kinematics.displacement(x)
+                return State(chi, x, p, u, now.nodal, now.norm, now.lowest)
+            self._linearise(chi, x, p, now.nodal)
+            # Inexact Newton: no more digits than the next iterate can use (Eisenstat & Walker 1996).
+            tolerance = max(min(1e-3, now.norm), 0.1 * self.tolerance / now.norm)
+            dx, dp = self._solve_tangent(-now.x, -now.p, tolerance)
+            self.work.newton += 1
+            step = 1.0
+            while True:
+                trial = self._evaluate(chi, x + step * dx, p + step * dp)
+                if trial.norm <= (1.0 - 1e-4 * step) * now.norm:
+                    break
+                step *= 0.5
+                if step < 1e-3:
+                    raise NoState(
+                        f"Newton's method stalled at a relative residual of {now.norm:.1e}: take a smaller design "
+                        "step, or raise material.hessian_regularisation."
+                    )
+            x, p, now = x + step * dx, p + step * dp, trial
+        raise NoState(
+            f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): take a "
+            "smaller design step, or raise material.hessian_regularisation."
+        )
+
+    # ------------------------------------------------------------- linear solves
+
+    def refresh(self) -> None:
+        """Let the next linearisation factorise the mechanical block anew."""
+        self._stale, self._linearised_at = True, None
+
+    def linearise(self, state: State) -> None:
+        """Assemble the tangent at a state, unless it is there already."""
+        if self._linearised_at is not state:
+            self._linearise(state.chi, state.x, state.p, state.nodal)
+            self._linearised_at = state
+
+    def solve_tangent(self, state: State, rx: Floats, rp: Floats, tolerance: float) -> tuple[Floats, Floats]:
+        """Solve tangent · (dx, dp) = (rx, rp) at a state to a relative residual."""
+        self.linearise(state)
+        return self._solve_tangent(rx, rp, tolerance)
+
+    def solve_adjoint(
+        self, state: State, gx: Floats, gp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
+    ) -> tuple[Floats, Floats]:
+        """Solve tangentᵀ · (Λx, Λp) = (gx, gp) at a state to a relative residual."""
+        self.linearise(state)
+        return self._krylov(gx, gp, tolerance, transposed=True, guess=guess)
+
+    def _linearise(self, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
+        self._linearised_at = None
+        self.tangent.assemble(self.source, self.coefficients, chi, x, p, nodal)
+        self.darcy_solver.factorise(self.tangent.pp.data)
+        self.work.darcy_factorisations += 1
+        if self._stale:
+            self._factorise()
+
+    def _factorise(self) -> None:
+        self.mechanical_solver.factorise(self.tangent.xx.data.copy())
+        self.work.factorisations += 1
+        self._stale = False
+        self._fresh = True
+
+    def _solve_tangent(self, rx: Floats, rp: Floats, tolerance: float) -> tuple[Floats, Floats]:
+        return self._krylov(rx, rp, tolerance, transposed=False)
+
+    def _krylov(
+        self,
+        bx: Floats,
+        bp: Floats,
+        tolerance: float,
+        *,
+        transposed: bool,
+        guess: tuple[Floats, Floats] | None = None,
+    ) -> tuple[Floats, Floats]:
+        """GMRES in scaled unknowns, preconditioned by the block triangle of K_xx and K_pp with one coupling block.
+
+        Unknowns and equations are scaled by the load, so that displacements and pressures weigh the same.
+        """
+        tangent, n = self.tangent, len(bx)
+        force, flow = self.scales
+        if transposed:
+            force, flow = 1.0 / force, 1.0 / flow
+
+        def scaled(x: Floats, p: Floats) -> Floats:
+            return np.concatenate([x / force, p / flow])
+
+        def matvec(v: Floats) -> Floats:
+            product = tangent.multiply_transposed if transposed else tangent.multiply
+            return scaled(*product(v[:n], v[n:]))
+
+        def precondition(r: Floats) -> Floats:
+            rx, rp = force * r[:n], flow * r[n:]
+            if transposed:
+                zx = self.mechanical_solver.solve(rx, check=None)
+                return np.concatenate([zx, self.darcy_solver.solve(rp - tangent.xp.T @ zx, check=None)])
+            zp = self.darcy_solver.solve(rp, check=None)
+            return np.concatenate([self.mechanical_solver.solve(rx - tangent.xp @ zp, check=None), zp])
+
+        x0 = None if guess is None else np.concatenate(guess)
+        right = scaled(bx, bp)
+        limit = MAX_KRYLOV if self._fresh else STALE_ITERATIONS
+        result = gmres(
+            matvec, right, precondition=precondition, tolerance=tolerance, x0=x0, max_iterations=limit, restart=limit
+        )
+        self.work.krylov += result.iterations
+        if not result.converged and not self._fresh:
+            self._factorise()
+            result = gmres(
+                matvec,
+                right,
+                precondition=precondition,
+                tolerance=tolerance,
+                x0=result.x,
+                max_iterations=MAX_KRYLOV,
+                restart=MAX_KRYLOV,
+            )
+            self.work.krylov += result.iterations
+        self._fresh = False
+        if not result.converged:
+            raise SolveFailure(
+                f"A coupled linear solve stopped at a relative residual of {result.relative_residual:.1e} instead of "
+                f"{tolerance:.1e}: the state is close to a limit point; take smaller steps or loosen the tolerance."
+            )
+        return result.x[:n], result.x[n:]

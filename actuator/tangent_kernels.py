@@ -1,0 +1,202 @@
+"""Compiled element loops for the four blocks of the state's tangent, and for the Darcy problem with u frozen."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from actuator.kernels import FAST, deformation_gradient, interpolate, push, vertex_gradient
+from actuator.material import drainage, inverse, left_cauchy_green, permeability, stiffness
+
+#: Entries of the packed mechanical block: the 210 node pairs a <= b, each a 3 x 3 block in row-major order.
+PACKED = 210 * 9
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
+    """Derivatives of the element residuals of :func:`actuator.kernels.residual` with respect to u and p.
+
+    Args:
+        Kuu: result, (n_cells, 1890), N/mm; packed as :data:`PACKED` says. The block is symmetric.
+        Kup: result, (n_cells, 20, 3, 8), mm².
+        Kpu: result, (n_cells, 8, 20, 3), mm²/s.
+        Kpp: result, (n_cells, 8, 8), mm⁵/(N s); symmetric.
+    """
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
+        F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        g, w, n = np.empty(3), np.empty(3), np.empty((20, 3))
+        m, left, right, geometric = np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3))
+        v, nw = np.empty((8, 3)), np.empty(20)
+        H = geometry.hessian[s]
+        k = 0
+        for a in range(20):
+            for d in range(a, 20):
+                for i in range(9):
+                    Kuu[e, k + i] = 0.0
+                value = c.hessian_penalty * H[a, d]
+                Kuu[e, k] = value
+                Kuu[e, k + 4] = value
+                Kuu[e, k + 8] = value
+                k += 9
+        Kup[e] = 0.0
+        Kpu[e] = 0.0
+        Kpp[e] = 0.0
+        for q in range(n_q):
+            dx = geometry.volume[s, q]
+            deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
+            J = inverse(F, Finv)
+            x = interpolate(chi, vertices, geometry.shape[q])
+            pressure = interpolate(p, vertices, geometry.shape[q])
+            trace = left_cauchy_green(F, b)
+            E = stiffness(x, c)[0]
+            log_J = np.log(J)
+            G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
+            # With m_a = b̄ n_a the tangent is
+            #   c1 n_a⊗n_b + c2 n_b⊗n_a - 2/3 (m_a⊗n_b + n_a⊗m_b) + (n_a·m_b) I
+            c1 = dx * (E * c.bulk - J * pressure + 2.0 / 9.0 * G * trace)
+            c2 = dx * (G * trace / 3.0 - E * c.bulk * log_J + J * pressure)
+            for a in range(20):
+                push(Finv, geometry.gradient20[s, q, a], n[a])
+                for i in range(3):
+                    m[a, i] = dx * G * (b[i, 0] * n[a, 0] + b[i, 1] * n[a, 1] + b[i, 2] * n[a, 2])
+                for i in range(3):
+                    left[a, i] = c1 * n[a, i] - 2.0 / 3.0 * m[a, i]
+                    right[a, i] = -2.0 / 3.0 * m[a, i]
+                    geometric[a, i] = c2 * n[a, i]
+            k = 0
+            for a in range(20):
+                n0, n1, n2 = n[a, 0], n[a, 1], n[a, 2]
+                l0, l1, l2 = left[a, 0], left[a, 1], left[a, 2]
+                g0, g1, g2 = geometric[a, 0], geometric[a, 1], geometric[a, 2]
+                for d in range(a, 20):
+                    r0, r1, r2 = right[d, 0], right[d, 1], right[d, 2]
+                    d0, d1, d2 = n[d, 0], n[d, 1], n[d, 2]
+                    dot = n0 * m[d, 0] + n1 * m[d, 1] + n2 * m[d, 2]
+                    Kuu[e, k] += l0 * d0 + n0 * r0 + d0 * g0 + dot
+                    Kuu[e, k + 1] += l0 * d1 + n0 * r1 + d0 * g1
+                    Kuu[e, k + 2] += l0 * d2 + n0 * r2 + d0 * g2
+                    Kuu[e, k + 3] += l1 * d0 + n1 * r0 + d1 * g0
+                    Kuu[e, k + 4] += l1 * d1 + n1 * r1 + d1 * g1 + dot
+                    Kuu[e, k + 5] += l1 * d2 + n1 * r2 + d1 * g2
+                    Kuu[e, k + 6] += l2 * d0 + n2 * r0 + d2 * g0
+                    Kuu[e, k + 7] += l2 * d1 + n2 * r1 + d2 * g1
+                    Kuu[e, k + 8] += l2 * d2 + n2 * r2 + d2 * g2 + dot
+                    k += 9
+            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
+            push(Finv, g, w)
+            kJ = permeability(x, c)[0] * J * dx
+            sink = dx * (source[s, q] + drainage(x, c)[0])
+            for a in range(8):
+                push(Finv, geometry.gradient[s, q, a], v[a])
+            for a in range(20):
+                nw[a] = n[a, 0] * w[0] + n[a, 1] * w[1] + n[a, 2] * w[2]
+            for a in range(8):
+                shape = geometry.shape[q, a]
+                for d in range(8):
+                    Kpp[e, a, d] += (
+                        kJ * (v[a, 0] * v[d, 0] + v[a, 1] * v[d, 1] + v[a, 2] * v[d, 2])
+                        + sink * shape * geometry.shape[q, d]
+                    )
+                wv = w[0] * v[a, 0] + w[1] * v[a, 1] + w[2] * v[a, 2]
+                Jp = J * dx * shape
+                for d in range(20):
+                    nv = n[d, 0] * v[a, 0] + n[d, 1] * v[a, 1] + n[d, 2] * v[a, 2]
+                    for j in range(3):
+                        Kup[e, d, j, a] -= Jp * n[d, j]
+                        Kpu[e, a, d, j] += kJ * (n[d, j] * wv - w[j] * nv - v[a, j] * nw[d])
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def darcy_metric(geometry, u, metric):
+    """J F⁻¹ F⁻ᵀ dx at the quadrature points for frozen u: (n_cells, n_q, 6) as 11, 22, 33, 23, 13, 12."""
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        F, A = np.empty((3, 3)), np.empty((3, 3))
+        for q in range(n_q):
+            deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
+            scale = inverse(F, A) * geometry.volume[s, q]
+            for k in range(6):
+                i, j = (k, k) if k < 3 else ((1, 2) if k == 3 else ((0, 2) if k == 4 else (0, 1)))
+                metric[e, q, k] = scale * (A[i, 0] * A[j, 0] + A[i, 1] * A[j, 1] + A[i, 2] * A[j, 2])
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def darcy_tangent(geometry, source, c, chi, metric, Kpp):
+    """The Darcy block for frozen u, (n_cells, 8, 8); a prefix of what :func:`tangent` gives, far cheaper."""
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        Kpp[e] = 0.0
+        v = np.empty((8, 3))
+        for q in range(n_q):
+            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
+            k = permeability(x, c)[0]
+            sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0])
+            t = metric[e, q]
+            for a in range(8):
+                g = geometry.gradient[s, q, a]
+                v[a, 0] = k * (t[0] * g[0] + t[5] * g[1] + t[4] * g[2])
+                v[a, 1] = k * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
+                v[a, 2] = k * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
+            for a in range(8):
+                shape = sink * geometry.shape[q, a]
+                for d in range(a, 8):
+                    g = geometry.gradient[s, q, d]
+                    value = v[a, 0] * g[0] + v[a, 1] * g[1] + v[a, 2] * g[2] + shape * geometry.shape[q, d]
+                    Kpp[e, a, d] += value
+                    if d > a:
+                        Kpp[e, d, a] += value
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def darcy_design_derivative(geometry, c, chi, metric, p, lp, g_chi):
+    """Derivative of Λ_p·R_p with respect to χ for frozen u, (n_cells, 8)."""
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        vertices = geometry.cells[e]
+        g, h = np.empty(3, p.dtype), np.empty(3, p.dtype)
+        for a in range(8):
+            g_chi[e, a] = 0.0
+        for q in range(n_q):
+            x = interpolate(chi, vertices, geometry.shape[q])
+            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
+            vertex_gradient(lp, vertices, geometry.gradient[s, q], h)
+            t = metric[e, q]
+            flow = (
+                h[0] * (t[0] * g[0] + t[5] * g[1] + t[4] * g[2])
+                + h[1] * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
+                + h[2] * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
+            )
+            product = interpolate(p, vertices, geometry.shape[q]) * interpolate(lp, vertices, geometry.shape[q])
+            value = permeability(x, c)[1] * flow + geometry.volume[s, q] * drainage(x, c)[1] * product
+            for a in range(8):
+                g_chi[e, a] += value * geometry.shape[q, a]
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def darcy_product(geometry, source, c, chi, metric, p, Rp):
+    """The Darcy block for frozen u times p, per element (n_cells, 8); real or complex."""
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.section[e]
+        g = np.empty(3, p.dtype)
+        for a in range(8):
+            Rp[e, a] = 0.0
+        for q in range(n_q):
+            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
+            vertex_gradient(p, geometry.cells[e], geometry.gradient[s, q], g)
+            t = metric[e, q]
+            k = permeability(x, c)[0]
+            f0 = k * (t[0] * g[0] + t[5] * g[1] + t[4] * g[2])
+            f1 = k * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
+            f2 = k * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
+            pressure = interpolate(p, geometry.cells[e], geometry.shape[q])
+            sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0]) * pressure
+            for a in range(8):
+                d = geometry.gradient[s, q, a]
+                Rp[e, a] += f0 * d[0] + f1 * d[1] + f2 * d[2] + sink * geometry.shape[q, a]
