@@ -1,0 +1,68 @@
+"""Linear algebra of the program: sparse direct solvers behind one interface, and a Krylov method on top of them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from actuator.failure import SolveFailure
+from actuator.linear import mkl
+from actuator.linear.gmres import KrylovResult, gmres
+from actuator.linear.interface import DEFAULT_CHECK, DirectSolver, Precision, Statistics
+from actuator.linear.pardiso import PardisoSolver
+from actuator.linear.superlu import SuperLUSolver
+
+SolverName = Literal["auto", "pardiso", "superlu"]
+
+__all__ = [
+    "DEFAULT_CHECK",
+    "DirectSolver",
+    "KrylovResult",
+    "PardisoSolver",
+    "Precision",
+    "SolverName",
+    "Statistics",
+    "SuperLUSolver",
+    "available",
+    "gmres",
+    "make_solver",
+]
+
+
+def available() -> tuple[str, ...]:
+    """Names of the solvers that work on this machine, the fastest first."""
+    return ("pardiso", "superlu") if mkl.load() is not None else ("superlu",)
+
+
+def make_solver(
+    indptr: ArrayLike,
+    indices: ArrayLike,
+    *,
+    symmetric: bool,
+    positive_definite: bool = False,
+    precision: Precision = "double",
+    threads: int = 2,
+    name: SolverName = "auto",
+) -> DirectSolver:
+    """A direct solver for this pattern; the arguments are those of :class:`DirectSolver`.
+
+    Args:
+        name: "pardiso" (MKL), "superlu" (SciPy), or "auto" for the first of these that is installed.
+
+    Raises:
+        SolveFailure: if the solver asked for is unknown or not installed.
+        ValueError: if the pattern is malformed.
+    """
+    chosen = available()[0] if name == "auto" else name
+    solvers: dict[str, type[DirectSolver]] = {"pardiso": PardisoSolver, "superlu": SuperLUSolver}
+    if chosen not in solvers:
+        raise SolveFailure(f"There is no linear solver named '{name}': choose 'auto', 'pardiso' or 'superlu'.")
+    return solvers[chosen](
+        indptr,
+        indices,
+        symmetric=symmetric,
+        positive_definite=positive_definite,
+        precision=precision,
+        threads=threads,
+    )
