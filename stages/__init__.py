@@ -1,0 +1,1 @@
+"""One module per stage: settings in, typed result out. Stages neither open files nor print."""

@@ -1,0 +1,39 @@
+"""What a running stage tells its observer. Observers show, log or store; stages stay silent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Message:
+    """One sentence for the log."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class DesignUpdate:
+    """An accepted design update.
+
+    Attributes:
+        record: one row of the history: ``update``, ``evaluations``, ``C``, ``C0``, ``C_chi``, ``C_A``, ``C_i``,
+            ``C_p``, ``C_psi``, ``T1``, ``T3`` (mm), ``theta2`` (rad), ``dt`` (pseudo-time step), ``stationarity``,
+            ``seconds`` and further solver counts.
+        updates_limit: most updates this run will make, for an estimate of the time left.
+        checkpoint: everything needed to continue from here, as named arrays (and 0-d arrays).
+    """
+
+    record: Mapping[str, float]
+    updates_limit: int
+    checkpoint: Callable[[], dict[str, Any]]
+
+
+Event = Message | DesignUpdate
+Observer = Callable[[Event], None]
+
+
+def silent(event: Event) -> None:
+    """An observer that ignores everything."""

@@ -1,0 +1,186 @@
+"""Stage ``export``: a proved 2-manifold, scaled, as the bytes of an STL or 3MF file that were read back and checked."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from pydantic import Field
+
+from actuator.failure import UnreadableSolid
+from actuator.geometry.solid import component_volumes, prove_solid, rounded
+from stages.events import Message, Observer, silent
+from stages.settings import Section
+
+VERSION = 1
+
+Format = Literal["stl", "3mf"]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Largest relative difference between the volume written and the volume read back.
+VOLUME_TOLERANCE = 1.0e-5
+
+
+class Settings(Section):
+    """Size and format of the part (Section 4 of the paper: scale 1.5)."""
+
+    scale: float = Field(1.0, gt=0, description="size of the part over size of the domain [-]")
+    format: Format = Field("stl", description="file format: binary stl in mm, or 3mf")
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a reader finds in the bytes of an STL or 3MF file, after merging equal vertices.
+
+    Attributes:
+        format: ``stl`` or ``3mf``.
+        size: number of bytes.
+        vertices, triangles: counts after merging.
+        watertight: every edge has exactly two triangles.
+        winding_consistent: the two agree on orientation.
+        volume: enclosed volume, mm³.
+        area: surface area, mm².
+        bounding_box: lower and upper corner, mm.
+        bodies: volume of every separate body, mm³, largest first; those after the first are floating islands.
+        cavities: volume of every enclosed void, mm³, largest first.
+        euler_number: vertices - edges + triangles.
+    """
+
+    format: str
+    size: int
+    vertices: int
+    triangles: int
+    watertight: bool
+    winding_consistent: bool
+    volume: float
+    area: float
+    bounding_box: tuple[tuple[float, float, float], tuple[float, float, float]]
+    bodies: tuple[float, ...]
+    cavities: tuple[float, ...]
+    euler_number: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """The file and what was found when it was read back.
+
+    Attributes:
+        data: bytes of the file.
+        vertices: (n_vertices, 3), mm, scaled, exactly as written.
+        triangles: (n_triangles, 3), counter-clockwise seen from outside.
+        volume: mm³, read back.
+        watertight: read back.
+        bounding_box: lower and upper corner, (2, 3), mm, read back.
+        passed: whether every check of the file passed.
+        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`Inspection`), ``islands`` (volumes of the
+            bodies beside the largest, mm³), ``checks`` (name -> passed).
+    """
+
+    data: bytes
+    vertices: Floats
+    triangles: Ints
+    volume: float
+    watertight: bool
+    bounding_box: Floats
+    passed: bool
+    report: dict[str, Any]
+
+
+def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observer = silent) -> Result:
+    """Scale, prove, write, read back and check a part.
+
+    Args:
+        vertices: (n, 3), mm.
+        triangles: (m, 3), counter-clockwise seen from outside.
+        settings: scale and format.
+        observer: receives a message about repairs and one about floating islands, if any.
+
+    Raises:
+        actuator.failure.InvalidField: if a coordinate is not finite.
+        actuator.failure.EmptySolid: if there is no triangle.
+        actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
+    """
+    proof = prove_solid(settings.scale * vertices, triangles)
+    surface = proof.surface
+    if proof.repair_tolerance:
+        observer(Message(f"repaired within {proof.repair_tolerance:.2g} mm ({proof.status})"))
+    data = _encode(surface.vertices, surface.triangles, settings.format)
+    found = inspect(data, settings.format)
+    volume = float(component_volumes(surface).sum())
+    box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
+    found_box = np.array(found.bounding_box)
+    checks = {
+        "watertight": found.watertight,
+        "winding_consistent": found.winding_consistent,
+        "volume_positive": found.volume > 0.0,
+        "volume_as_written": abs(found.volume - volume) <= VOLUME_TOLERANCE * volume,
+        "bounding_box_as_written": bool(np.abs(found_box - box).max() <= 1e-6 * np.abs(box).max()),
+    }
+    islands = list(found.bodies[1:])
+    if islands:
+        observer(Message(f"{len(islands)} floating islands, together {sum(islands):.3g} mm³"))
+    steps = {key: value for key, value in vars(proof).items() if key != "surface"}
+    report = {"manifold": steps, "file": asdict(found), "islands": islands, "checks": checks}
+    return Result(
+        data,
+        surface.vertices,
+        surface.triangles,
+        found.volume,
+        found.watertight,
+        found_box,
+        all(checks.values()),
+        report,
+    )
+
+
+def inspect(data: bytes, format: Format) -> Inspection:
+    """Read the bytes of an STL or 3MF file, of this program or any other, and measure what is in them.
+
+    Raises:
+        actuator.failure.UnreadableSolid: if the bytes are no such file, or hold no triangle.
+    """
+    mesh = _decode(data, format)
+    surface = rounded(mesh.vertices, mesh.faces)
+    if not len(surface.triangles):
+        raise UnreadableSolid(f"The {format} file holds no triangles; export the part again.")
+    merged = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
+    volumes = component_volumes(surface)
+    low, high = merged.bounds.tolist()
+    return Inspection(
+        format=format,
+        size=len(data),
+        vertices=len(surface.vertices),
+        triangles=len(surface.triangles),
+        watertight=bool(merged.is_watertight),
+        winding_consistent=bool(merged.is_winding_consistent),
+        volume=float(volumes.sum()),
+        area=float(merged.area),
+        bounding_box=(tuple(low), tuple(high)),
+        bodies=tuple(volumes[volumes > 0.0].tolist()),
+        cavities=tuple((-volumes[volumes < 0.0][::-1]).tolist()),
+        euler_number=int(merged.euler_number),
+    )
+
+
+def _encode(vertices: Floats, triangles: Ints, format: Format) -> bytes:
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    mesh.units = "millimeters"
+    data = mesh.export(file_type=format)
+    if not isinstance(data, bytes):
+        raise TypeError(f"trimesh returned {type(data).__name__} for {format}")
+    return data
+
+
+def _decode(data: bytes, format: Format) -> trimesh.Trimesh:
+    try:
+        mesh = trimesh.load_mesh(io.BytesIO(data), file_type=format, process=False)
+    except Exception as error:  # trimesh raises whatever its parsers meet
+        raise UnreadableSolid(f"The bytes are no readable {format} file ({error}); export the part again.") from error
+    if mesh.units not in (None, "mm", "millimeter", "millimeters"):
+        mesh.convert_units("millimeters")
+    return mesh

@@ -1,0 +1,71 @@
+"""Stage ``mirror``: the closed surface of the whole solid, extracted on the half and reflected across X2 = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from actuator.domain import HalfCylinder
+from actuator.failure import EmptySolid
+from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
+from actuator.geometry.zero_set import check_field, reflected, solid_boundary
+from stages.events import Message, Observer, silent
+from stages.settings import Section
+
+VERSION = 1
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Settings(Section):
+    """What counts as solid."""
+
+    threshold: float = Field(0.0, description="solid where χ is above this value [-]")
+
+
+@dataclass(frozen=True)
+class Result:
+    """The closed boundary of the solid in the whole cylinder.
+
+    Attributes:
+        vertices: (n_vertices, 3), mm; symmetric about X2 = 0 to the last bit.
+        triangles: vertex numbers, (n_triangles, 3), counter-clockwise seen from outside.
+        half_triangles: how many of the triangles, the first ones, belong to the half X2 >= 0.
+        plane_vertices: how many vertices lie on the symmetry plane and belong to both halves.
+    """
+
+    vertices: Floats
+    triangles: Ints
+    half_triangles: int
+    plane_vertices: int
+
+
+def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
+    """Extract the boundary of {χ > threshold}, closed at the ends and at the wall, and mirror it.
+
+    Args:
+        domain: half cylinder.
+        chi: χ at its vertices, (n_vertices,), dimensionless.
+        settings: the threshold.
+        observer: receives a message with the size of the surface.
+
+    Raises:
+        actuator.failure.InvalidField: if χ has the wrong size or is not finite.
+        actuator.failure.EmptySolid: if χ is nowhere above the threshold.
+    """
+    check_field(chi, domain.mesh.nvertices)
+    if not np.any(chi > settings.threshold):
+        raise EmptySolid(
+            f"Nothing is solid: χ is at most {chi.max():.3g} and the threshold is {settings.threshold:.3g}; "
+            "lower the threshold or use a design with material."
+        )
+    tets = tetrahedra(domain)
+    half = solid_boundary(domain.points, tets, outer_triangles(domain, tets), chi, settings.threshold)
+    whole = reflected(half)
+    on_plane = int(np.count_nonzero(half.vertices[:, 1] == 0.0))
+    observer(Message(f"{len(whole.triangles)} triangles, {on_plane} vertices shared on the symmetry plane"))
+    return Result(whole.vertices, whole.triangles, len(half.triangles), on_plane)

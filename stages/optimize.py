@@ -1,0 +1,165 @@
+"""Stage ``optimize``: from the initial design to a stationary point of the total objective (Section 2.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numba
+import numpy as np
+from pydantic import Field
+
+from actuator.domain import Floats, HalfCylinder
+from actuator.initial_design import initial_design
+from actuator.linear import SolverName
+from actuator.optimiser.loop import Optimiser, Outcome, Progress
+from actuator.reduced import ReducedObjective, spring_elongation
+from stages.events import DesignUpdate, Message, Observer, silent
+from stages.settings import ProblemSettings, Section
+
+VERSION = 1
+
+
+class OptimizerSettings(Section):
+    """How far and how precisely to optimise."""
+
+    max_updates: int = Field(200, ge=0, description="most design updates [-]")
+    stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
+    state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
+    adjoint_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the adjoint [-]")
+    first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
+
+
+class Settings(ProblemSettings):
+    """Settings of the optimisation: the problem and the optimiser."""
+
+    optimizer: OptimizerSettings = OptimizerSettings()
+
+
+@dataclass(frozen=True)
+class Compute:
+    """What may change the time but not the result; kept out of the content key."""
+
+    threads: int = 2
+    linear_solver: SolverName = "auto"
+
+
+@dataclass(frozen=True)
+class Result:
+    """An optimised design and its pressurised state.
+
+    Attributes:
+        domain: the meshed half cylinder.
+        chi: design field χ at the vertices, (n_vertices,), dimensionless.
+        displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
+        pressure: p at the vertices, (n_vertices,), N/mm².
+        arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
+        history: one record per accepted design, the first being the initial design; column name -> (n_records,).
+        summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds`` and more.
+        checkpoint: what :func:`run` needs to continue from here.
+        converged: whether the stationarity measure was reached.
+        reason: one sentence saying why the optimisation ended.
+    """
+
+    domain: HalfCylinder
+    chi: Floats
+    displacement: Floats
+    pressure: Floats
+    arm: Floats
+    history: dict[str, Floats]
+    summary: dict[str, Any]
+    checkpoint: dict[str, Floats]
+    converged: bool
+    reason: str
+
+
+def run(
+    settings: Settings,
+    *,
+    compute: Compute | None = None,
+    observer: Observer = silent,
+    resume: dict[str, Any] | None = None,
+) -> Result:
+    """Optimise a case.
+
+    Args:
+        settings: the case.
+        compute: threads and linear solver.
+        observer: receives an event per design, the initial one included.
+        resume: the checkpoint of an earlier, interrupted run of the same settings.
+
+    Raises:
+        actuator.state.NoState: if the initial design has no state.
+        actuator.failure.SolveFailure: if a linear solve fails its check.
+    """
+    compute = compute or Compute()
+    numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
+    optimizer, domain = settings.optimizer, settings.domain.build()
+    material, load, limits = settings.parameters()
+    objective = ReducedObjective(
+        domain,
+        material,
+        load,
+        limits,
+        state_tolerance=optimizer.state_tolerance,
+        adjoint_tolerance=optimizer.adjoint_tolerance,
+        solver=compute.linear_solver,
+        threads=compute.threads,
+    )
+    optimiser = Optimiser(objective, first_step=optimizer.first_step, tolerance=optimizer.stationarity)
+
+    def report(progress: Progress) -> None:
+        checkpoint = partial(optimiser.checkpoint, progress)
+        observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint))
+
+    if resume is None:
+        start = initial_design(domain.points, domain.radius, limits.interface_width)
+        progress = optimiser.begin(start)
+    else:
+        progress = optimiser.resume(resume)
+        observer(Message(f"Continuing after design update {len(progress.history) - 1}."))
+    report(progress)
+    outcome = optimiser.run(progress, optimizer.max_updates, report)
+    return _result(domain, objective, outcome, optimiser.checkpoint(progress))
+
+
+def _result(
+    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
+) -> Result:
+    progress, at = outcome.progress, outcome.progress.evaluation
+    history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}
+    p, elongation = at.state.p, spring_elongation(objective.equilibrium.kinematics, at.state)
+    wall = p[domain.wall_vertices]
+    pressure = objective.load.pressure
+    summary = {
+        "C": at.value,
+        "terms": dict(at.terms),
+        "T1": float(at.state.arm[0]),
+        "T3": float(at.state.arm[1]),
+        "theta2": float(at.state.arm[2]),
+        "spring_elongation": elongation,
+        "p_min": float(p.min()),
+        "p_max": float(p.max()),
+        "wall_leak": float(wall.max()) / pressure if pressure > 0.0 else 0.0,
+        "energy_ratio": at.energy_ratio,
+        "steepest": at.design.steepest,
+        "stationarity": progress.history[-1]["stationarity"],
+        "updates": len(progress.history) - 1,
+        "evaluations": progress.evaluations,
+        "seconds": progress.seconds,
+        "converged": outcome.converged,
+        "reason": outcome.reason,
+    }
+    return Result(
+        domain=domain,
+        chi=at.chi,
+        displacement=at.state.displacement,
+        pressure=p,
+        arm=at.state.arm.copy(),
+        history=history,
+        summary=summary,
+        checkpoint=checkpoint,
+        converged=outcome.converged,
+        reason=outcome.reason,
+    )

@@ -1,0 +1,82 @@
+"""The settings every stage shares: the sections of a case file that describe the physical problem."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from actuator.domain import HalfCylinder
+from actuator.parameters import Load, Material, Objective
+
+
+class Section(BaseModel):
+    """A frozen section of the case file; unknown keys are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+
+
+class DomainSettings(Section):
+    """Design domain and mesh: half a cylinder, O-grid section times layers (Table 1)."""
+
+    radius: float = Field(15.0, gt=0, description="R, domain radius [mm]")
+    length: float = Field(15.0, gt=0, description="L, domain length [mm]")
+    core_cells: int = Field(12, ge=1, le=200, description="m, cells along a quarter of the section's core [-]")
+    rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
+    layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
+
+    def build(self) -> HalfCylinder:
+        """The meshed domain."""
+        return HalfCylinder(self.radius, self.length, self.core_cells, self.rings, self.layers)
+
+
+class MaterialSettings(Section):
+    """Porohyperelastic ersatz material (Section 2.1, Table 1)."""
+
+    youngs_modulus: float = Field(2.736, gt=0, description="E, initial Young's modulus of the solid [N/mm²]")
+    poisson_ratio: float = Field(0.48, gt=-1, lt=0.5, description="ν, initial Poisson's ratio of the solid [-]")
+    ramp_penalty: float = Field(3.0, ge=0, description="p̂, RAMP penalisation [-]")
+    stiffness_contrast: float = Field(1.0e-6, gt=0, lt=1, description="E0, void to solid stiffness [-]")
+    void_permeability_rate: float = Field(1000.0, gt=0, description="k_v E / L² [1/s]")
+    permeability_contrast: float = Field(1.0e-6, gt=0, lt=1, description="k_s / k_v [-]")
+    hessian_regularisation: float = Field(1.0e-6, ge=0, description="α = c_r / (L² K_s) [-]")
+
+
+class LoadSettings(Section):
+    """Pressure, rigid arm and foundation spring, per half actuator (Table 1)."""
+
+    pressure_ratio: float = Field(2.0e-2, ge=0, description="p_in / E [-]")
+    arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
+    spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³) [-]")
+
+
+class ObjectiveSettings(Section):
+    """Weights and limits of the objective (Eqs. 8 to 14, Appendix B)."""
+
+    area_weight: float = Field(1.0e-3, ge=0, description="c_A, surface area [-]")
+    slope_weight: float = Field(1.0, ge=0, description="c_i, interface width [-]")
+    leak_weight: float = Field(1.0e6, ge=0, description="c_p, leaking pressure [-]")
+    strain_energy_weight: float = Field(1.0e6, ge=0, description="c_Ψ, strain energy density [-]")
+    passive_weight: float = Field(1.0e5, ge=0, description="weight of C_χ, passive void core [-]")
+    strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
+    interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
+    diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
+
+
+class ProblemSettings(Section):
+    """Everything that defines the optimisation problem: domain, material, load, objective."""
+
+    domain: DomainSettings = DomainSettings()
+    material: MaterialSettings = MaterialSettings()
+    load: LoadSettings = LoadSettings()
+    objective: ObjectiveSettings = ObjectiveSettings()
+
+    def parameters(self) -> tuple[Material, Load, Objective]:
+        """The model's parameters in N, mm and s."""
+        domain, objective = self.domain, self.objective
+        material = Material.from_ratios(
+            length=domain.length, interface_width=objective.interface_width, **self.material.model_dump()
+        )
+        load = Load.from_ratios(
+            radius=domain.radius, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
+        )
+        limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **objective.model_dump())
+        return material, load, limits
