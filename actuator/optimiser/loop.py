@@ -1,0 +1,298 @@
+"""The outer loop: design updates that each lower the total objective.
+
+Every update solves the inner problem for the current model, checks the model along the step by an exact
+Hessian-vector product and learns from it until model and truth agree, tests the predicted state at several step
+lengths, and only then pays for Newton's method. Δt is a trust region.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+
+from actuator.design_terms import step_metric
+from actuator.domain import Floats
+from actuator.kernels import strain_energy_excess
+from actuator.optimiser.curvature import Curvature
+from actuator.optimiser.inner import InnerProblem
+from actuator.optimiser.leak import FrozenLeak, LeakPoint
+from actuator.optimiser.stationarity import Stationarity
+from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective, main_objective
+from actuator.state import NoState
+
+#: Most exact products per update, and how well model and truth must agree along the step.
+MAX_PRODUCTS = 3
+AGREEMENT = 0.1
+#: Thresholds and factors of the trust region, after Conn, Gould & Toint 2000, Alg. 6.1.1.
+ACCEPT, POOR, GOOD, VERY_GOOD = 0.01, 0.25, 0.5, 0.8
+SHRINK, WIDEN, GROW = 0.5, 1.3, 2.0
+#: Step lengths along the inner solution at which the predicted state is tried.
+LENGTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)
+#: Δt relative to its first value below which no step is worth trying.
+SMALLEST_STEP = 1e-4
+
+Record = dict[str, float]
+
+
+@dataclass
+class Progress:
+    """Where an optimisation stands: everything a resumed run needs.
+
+    Attributes:
+        evaluation, gradient: of the last accepted design.
+        dt: Δt of the next update.
+        curvature: model of the mechanics' Hessian.
+        history: one record per accepted design, the initial one first.
+        evaluations: designs whose state was solved for, accepted or not.
+        seconds: spent so far, over all sessions.
+    """
+
+    evaluation: Evaluation
+    gradient: Gradient
+    dt: float
+    curvature: Curvature
+    history: list[Record] = field(default_factory=list)
+    evaluations: int = 1
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an optimisation ended.
+
+    Attributes:
+        progress: the final design and its history.
+        converged: whether the stationarity measure was reached.
+        reason: one sentence.
+    """
+
+    progress: Progress
+    converged: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    delta: Floats
+    model_change: float
+    product: Product
+    products: int
+
+
+@dataclass(frozen=True)
+class _Trial:
+    length: float
+    change: float
+    start: tuple[Floats, Floats]
+
+
+class Optimiser:
+    """Lowers a reduced objective from an initial design.
+
+    Args:
+        objective: the case.
+        first_step: Δt of the first update.
+        tolerance: stationarity at which the optimisation is converged.
+        product_tolerance: relative residual of the solves in Hessian-vector products.
+    """
+
+    def __init__(
+        self,
+        objective: ReducedObjective,
+        *,
+        first_step: float = 100.0,
+        tolerance: float = 1e-3,
+        product_tolerance: float = 1e-4,
+    ) -> None:
+        self.objective = objective
+        self.first_step, self.tolerance, self.product_tolerance = first_step, tolerance, product_tolerance
+        self.metric = step_metric(objective.discretisation, objective.objective.diffusivity_length)
+        self._inner = InnerProblem(objective, self.metric)
+        self._stationarity = Stationarity(self.metric, objective)
+
+    # -------------------------------------------------------------------- start
+
+    def begin(self, chi: Floats) -> Progress:
+        """Evaluate the initial design.
+
+        Raises:
+            actuator.state.NoState: if it has no state.
+        """
+        began = perf_counter()
+        evaluation = self.objective.evaluate(chi)
+        gradient = self.objective.gradient(evaluation)
+        progress = Progress(evaluation, gradient, self.first_step, Curvature(self.metric))
+        progress.seconds = perf_counter() - began
+        progress.history.append(self._record(progress, 0.0))
+        return progress
+
+    def checkpoint(self, progress: Progress) -> dict[str, Floats]:
+        """Everything :meth:`resume` needs, as arrays."""
+        state, curvature = progress.evaluation.state, progress.curvature.arrays()
+        columns = {f"history.{key}": np.array([r[key] for r in progress.history]) for key in progress.history[0]}
+        return {
+            "chi": state.chi,
+            "x": state.x,
+            "p": state.p,
+            "adjoint_x": progress.gradient.adjoint[0],
+            "adjoint_p": progress.gradient.adjoint[1],
+            "gradient": progress.gradient.total,
+            "scalars": np.array([progress.dt, progress.evaluations, progress.seconds]),
+            **{f"curvature.{key}": value for key, value in curvature.items()},
+            **columns,
+        }
+
+    def resume(self, arrays: dict[str, Floats]) -> Progress:
+        """Continue from the arrays of :meth:`checkpoint`."""
+        evaluation = self.objective.evaluate(np.array(arrays["chi"]), (np.array(arrays["x"]), np.array(arrays["p"])))
+        adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
+        gradient = Gradient(np.array(arrays["gradient"]), adjoint)
+        curvature = Curvature(self.metric)
+        curvature.restore({k.removeprefix("curvature."): v for k, v in arrays.items() if k.startswith("curvature.")})
+        dt, evaluations, seconds = (float(v) for v in arrays["scalars"])
+        columns = {k.removeprefix("history."): v for k, v in arrays.items() if k.startswith("history.")}
+        rows = len(next(iter(columns.values())))
+        history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
+        return Progress(evaluation, gradient, dt, curvature, history, int(evaluations), seconds)
+
+    # --------------------------------------------------------------------- loop
+
+    def run(
+        self, progress: Progress, max_updates: int, accepted: Callable[[Progress], None] | None = None
+    ) -> Outcome:
+        """Update the design until it is stationary, ``max_updates`` in all are made, or no step helps.
+
+        Args:
+            progress: from :meth:`begin` or :meth:`resume`; updated in place.
+            accepted: called after every accepted update.
+        """
+        while True:
+            stationarity = progress.history[-1]["stationarity"]
+            if stationarity <= self.tolerance:
+                return Outcome(progress, True, f"The design is stationary (measure {stationarity:.1e}).")
+            if len(progress.history) > max_updates:
+                return Outcome(progress, False, f"The limit of {max_updates} design updates is reached.")
+            if not self._update(progress):
+                reason = "No smaller step lowers the objective any more; the measure is " f"{stationarity:.1e}."
+                return Outcome(progress, False, reason)
+            if accepted is not None:
+                accepted(progress)
+
+    def _update(self, progress: Progress) -> bool:
+        """One accepted design update, or False if Δt shrinks to nothing."""
+        began = perf_counter()
+        old = progress.evaluation
+        # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
+        self.objective.equilibrium.refresh()
+        leak = FrozenLeak(self.objective, old.state.displacement)
+        linear = progress.gradient.total - old.design.gradient - leak(old.chi).gradient
+        while progress.dt >= SMALLEST_STEP * self.first_step:
+            candidate = self._candidate(progress, linear, leak)
+            trial = self._predict(old, candidate)
+            if trial is None:
+                progress.dt *= SHRINK
+                continue
+            delta = trial.length * candidate.delta
+            progress.evaluations += 1
+            try:
+                new = self.objective.evaluate(old.chi + delta, trial.start)
+            except NoState:
+                progress.dt *= SHRINK * trial.length
+                continue
+            ratio = (new.value - old.value) / trial.change
+            if not ratio > ACCEPT:
+                progress.dt *= SHRINK * trial.length
+                continue
+            self._accept(progress, new, delta, linear, leak)
+            agreement = trial.change / candidate.model_change if trial.length == 1.0 else 0.0
+            used = progress.dt
+            progress.dt *= _trust(min(ratio, 2.0 - ratio), agreement, trial.length)
+            progress.seconds += perf_counter() - began
+            progress.history.append(self._record(progress, used))
+            return True
+        return False
+
+    def _accept(self, progress: Progress, new: Evaluation, delta: Floats, linear: Floats, leak: FrozenLeak) -> None:
+        gradient = self.objective.gradient(new, progress.gradient.adjoint)
+        secant = gradient.total - new.design.gradient - leak(new.chi).gradient - linear
+        progress.curvature.learn(delta, secant)
+        progress.evaluation, progress.gradient = new, gradient
+
+    def _candidate(self, progress: Progress, linear: Floats, leak: FrozenLeak) -> _Candidate:
+        """Inner solution whose curvature the model knows."""
+        old, curvature = progress.evaluation, progress.curvature
+        for products in range(1, MAX_PRODUCTS + 1):
+            step = self._inner.solve(old.chi, linear, curvature, leak, progress.dt)
+            product = self.objective.product(old, progress.gradient, step.delta, self.product_tolerance)
+            exact = self._mechanical(old, leak, product, step.delta)
+            error = 0.5 * abs(float(step.delta @ (exact - curvature @ step.delta)))
+            curvature.learn(step.delta, exact)
+            if error <= AGREEMENT * abs(step.change):
+                break
+        return _Candidate(step.delta, step.change, product, products)
+
+    def _mechanical(self, at: Evaluation, leak: FrozenLeak, product: Product, delta: Floats) -> Floats:
+        """Part of an exact Hessian product that the inner problem does not hold itself."""
+        frozen: LeakPoint = leak(at.chi)
+        own = self.objective.design_product(at, delta) + leak.product(at.chi, frozen, delta)
+        return product.hessian - own
+
+    def _predict(self, old: Evaluation, candidate: _Candidate) -> _Trial | None:
+        """The step length whose linearly predicted state promises most, or None if none promises a decrease."""
+        best: _Trial | None = None
+        for length in LENGTHS:
+            x = old.state.x + length * candidate.product.dx
+            change, p = self._predicted_change(old, old.chi + length * candidate.delta, x)
+            if best is not None and not change < best.change:
+                break
+            if change < 0.0:
+                best = _Trial(length, change, (x, p))
+        if best is None or best.change > ACCEPT * candidate.model_change:
+            return None
+        return best
+
+    def _predicted_change(self, old: Evaluation, chi: Floats, x: Floats) -> tuple[float, Floats]:
+        """Change of the objective for a design and predicted displacements, and the pressure there."""
+        objective, equilibrium = self.objective, self.objective.equilibrium
+        u = equilibrium.kinematics.displacement(x)
+        energy, _ = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, chi, u)
+        if not np.isfinite(energy):
+            return np.inf, old.state.p
+        leak = FrozenLeak(objective, u)(chi)
+        value = main_objective(x, objective.load) + objective.design(chi).value + leak.value + float(energy)
+        return value - old.value, leak.p
+
+    def _record(self, progress: Progress, dt: float) -> Record:
+        at, work = progress.evaluation, self.objective.equilibrium.work
+        return {
+            "update": float(len(progress.history)),
+            "evaluations": float(progress.evaluations),
+            "C": at.value,
+            **at.terms,
+            "T1": float(at.state.arm[0]),
+            "T3": float(at.state.arm[1]),
+            "theta2": float(at.state.arm[2]),
+            "dt": dt,
+            "stationarity": self._stationarity(at, progress.gradient),
+            "energy_ratio": at.energy_ratio,
+            "steepest": at.design.steepest,
+            "newton": float(work.newton),
+            "krylov": float(work.krylov),
+            "products": float(work.products),
+            "factorisations": float(work.factorisations),
+            "seconds": progress.seconds,
+        }
+
+
+def _trust(ratio: float, agreement: float, length: float) -> float:
+    """Factor on Δt from truth over prediction, prediction over model, and the length taken."""
+    if length < 1.0:
+        return length
+    if ratio < POOR or agreement < POOR:
+        return SHRINK
+    if ratio > VERY_GOOD and agreement > VERY_GOOD:
+        return GROW
+    return WIDEN if ratio > GOOD and agreement > GOOD else 1.0

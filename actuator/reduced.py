@@ -1,0 +1,221 @@
+"""The reduced objective: a design's value, exact gradient by the adjoint, and exact Hessian-vector products.
+
+Everything follows from the Lagrangian of Eq. (9), C + Λ·R, whose derivatives :func:`lagrangian_gradient` gives;
+its complex-step derivative gives the second order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from actuator.assembly import scatter_vector
+from actuator.constraints import Kinematics
+from actuator.design_terms import DesignObjective, DesignTerms
+from actuator.domain import Floats, HalfCylinder
+from actuator.kernels import lagrangian_gradient, strain_energy_excess
+from actuator.linear import SolverName
+from actuator.parameters import Load, Material, Objective
+from actuator.state import Equilibrium, State
+
+TINY = 1e-40  # complex step: no subtraction, so no smallest sensible size
+
+TERMS = ("C0", "C_chi", "C_A", "C_i", "C_p", "C_psi")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A design, its state and its objective.
+
+    Attributes:
+        chi: (n_vertices,).
+        state: converged state.
+        terms: value of each of :data:`TERMS`.
+        design: χ-only terms with gradient and Hessian.
+        energy_ratio: largest Ψ(χ + 4/L_i, u) / Ψ_lim.
+    """
+
+    chi: Floats
+    state: State
+    terms: dict[str, float]
+    design: DesignTerms
+    energy_ratio: float
+
+    @property
+    def value(self) -> float:
+        """Total objective C, without C_t."""
+        return sum(self.terms.values())
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Derivative of the total objective with respect to χ, and what it was made of.
+
+    Attributes:
+        total: dC/dχ, (n_vertices,).
+        leak_explicit: its part from C_p with u frozen, (n_vertices,).
+        adjoint: (Λ_x, Λ_p), (n_x,) and (n_p,).
+    """
+
+    total: Floats
+    adjoint: tuple[Floats, Floats]
+
+
+@dataclass(frozen=True)
+class Product:
+    """Second-order response to a design direction d.
+
+    Attributes:
+        hessian: d²C/dχ² d, (n_vertices,).
+        dx, dp: derivative of the state along d.
+    """
+
+    hessian: Floats
+    dx: Floats
+    dp: Floats
+
+
+class ReducedObjective:
+    """C(χ) = C_0 + C_χ + C_A + C_i + C_p + C_Ψ with the state eliminated (Eqs. 8 to 13)."""
+
+    def __init__(
+        self,
+        domain: HalfCylinder,
+        material: Material,
+        load: Load,
+        objective: Objective,
+        *,
+        state_tolerance: float = 1e-8,
+        adjoint_tolerance: float = 1e-8,
+        solver: SolverName = "auto",
+        threads: int = 2,
+    ) -> None:
+        self.domain, self.load, self.objective = domain, load, objective
+        self.equilibrium = Equilibrium(
+            domain, material, load, objective, tolerance=state_tolerance, solver=solver, threads=threads
+        )
+        self.discretisation = self.equilibrium.discretisation
+        self.design = DesignObjective(self.discretisation, objective, self.equilibrium.tangent.darcy)
+        self.adjoint_tolerance = adjoint_tolerance
+        # A case without pressure has no leak to measure.
+        scale = objective.leak_weight / load.pressure**2 if load.pressure > 0.0 else 0.0
+        #: C_p = pᵀ W p / 2
+        self.leak = scale * self.discretisation.wall_mass
+
+    # --------------------------------------------------------------------- value
+
+    def evaluate(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> Evaluation:
+        """State and value of a design; ``start`` is (x, p) to begin Newton's method with.
+
+        Raises:
+            actuator.state.NoState: if the design has no state that Newton's method reaches.
+        """
+        state = self.equilibrium.solve(chi, start)
+        design = self.design(chi)
+        energy, ratio = strain_energy_excess(
+            self.equilibrium.geometry, self.equilibrium.coefficients, chi, state.displacement
+        )
+        values = (
+            main_objective(state.x, self.load),
+            design.passive,
+            design.area,
+            design.slope,
+            0.5 * float(state.p @ (self.leak @ state.p)),
+            float(energy),
+        )
+        return Evaluation(chi, state, dict(zip(TERMS, values, strict=True)), design, float(ratio))
+
+    # ------------------------------------------------------------------ gradient
+
+    def gradient(self, at: Evaluation, guess: tuple[Floats, Floats] | None = None) -> Gradient:
+        """Exact gradient of the total objective by the adjoint (Eq. 15)."""
+        state, equilibrium = at.state, self.equilibrium
+        zero = np.zeros_like(state.x), np.zeros_like(state.p)
+        _, gx, gp = self._derivatives(state.chi, state.x, state.p, *zero, state.nodal)
+        lx, lp = equilibrium.solve_adjoint(state, -gx, -gp, self.adjoint_tolerance, guess)
+        equilibrium.work.adjoints += 1
+        g_chi, _, _ = self._derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)
+        return Gradient(g_chi + at.design.gradient, (lx, lp))
+
+    def _derivatives(
+        self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats, energy: float = 1.0
+    ) -> tuple[Floats, Floats, Floats]:
+        """Derivatives of C_0 + C_p + C_Ψ + Λ·R with respect to χ, x and p; real or complex.
+
+        ``nodal`` are the nodal residual forces at the state. ``energy`` = 0 leaves out everything but Λ·R.
+        """
+        equilibrium, kinematics = self.equilibrium, self.equilibrium.kinematics
+        geometry = equilibrium.geometry
+        kind = np.result_type(chi, x, p, lx, lp)
+        n_cells = len(geometry.cells)
+        g_chi, g_u, g_p = np.empty((n_cells, 8), kind), np.empty((n_cells, 20, 3), kind), np.empty((n_cells, 8), kind)
+        lagrangian_gradient(
+            geometry,
+            equilibrium.source,
+            equilibrium.coefficients,
+            chi.astype(kind),
+            kinematics.displacement(x).astype(kind),
+            p.astype(kind),
+            kinematics.variation(x, lx).astype(kind),
+            lp.astype(kind),
+            energy,
+            g_chi,
+            g_u,
+            g_p,
+        )
+        n = len(chi)
+        gx = kinematics.force(x, scatter_vector(g_u, geometry.node_cells, len(self.domain.nodes)))
+        gx[-3:] += kinematics.spring_tangent(x) @ lx[-3:]
+        gx[-1] += kinematics.second_variation(x, nodal) * lx[-1]
+        gp = scatter_vector(g_p, geometry.cells, n)
+        if energy != 0.0:
+            gx[-3:] += main_objective_gradient(x, self.load)
+            gp += self.leak @ p
+        return scatter_vector(g_chi, geometry.cells, n), gx, gp
+
+    # ------------------------------------------------------------ second order
+
+    def product(self, at: Evaluation, gradient: Gradient, direction: Floats, tolerance: float = 1e-6) -> Product:
+        """Exact Hessian of the total objective times a direction: one tangent and one adjoint solve.
+
+        Args:
+            direction: d, (n_vertices,).
+            tolerance: relative residual of both solves.
+        """
+        state, equilibrium = at.state, self.equilibrium
+        lx, lp = gradient.adjoint
+        step = TINY / max(float(np.abs(direction).max()), 1e-300)
+        chi = state.chi + 1j * step * direction
+        rx, rp, _, _ = equilibrium.residual(chi, state.x, state.p)
+        dx, dp = equilibrium.solve_tangent(state, -rx.imag / step, -rp.imag / step, tolerance)
+        x, p = state.x + 1j * step * dx, state.p + 1j * step * dp
+        _, _, nodal, _ = equilibrium.residual(chi, x, p)
+        h_chi, hx, hp = (g.imag / step for g in self._derivatives(chi, x, p, lx, lp, nodal))
+        mx, mp = equilibrium.solve_adjoint(state, -hx, -hp, tolerance)
+        response, _, _ = self._derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, energy=0.0)
+        equilibrium.work.products += 1
+        return Product(h_chi + response + self.design_product(at, direction), dx, dp)
+
+    def design_product(self, at: Evaluation, direction: Floats) -> Floats:
+        """Hessian of C_χ + C_A + C_i times a direction, (n_vertices,)."""
+        upper = self.design.gather.matrix(at.design.hessian)
+        return np.asarray(upper @ direction + upper.T @ direction - upper.diagonal() * direction)
+
+
+def main_objective(x: Floats, load: Load) -> float:
+    """C_0 of Eq. (8), dimensionless."""
+    lift = x[-2] / load.arm_length
+    return float(lift - np.sin(x[-1]) + 500.0 * max(lift, 0.0) ** 2)
+
+
+def main_objective_gradient(x: Floats, load: Load) -> Floats:
+    """Derivative of C_0 with respect to T, (3,)."""
+    lift = x[-2] / load.arm_length
+    positive = lift if lift.real > 0.0 else 0.0 * lift
+    return np.array([0.0 * lift, (1.0 + 1000.0 * positive) / load.arm_length, -np.cos(x[-1])])
+
+
+def spring_elongation(kinematics: Kinematics, state: State) -> float:
+    """Travel of the spring's end, mm; positive downwards, as the paper reports it."""
+    return -float(kinematics.elongation(state.x))
