@@ -50,11 +50,11 @@ class Discretisation:
         )
         linear = Basis(layer, ElementHex1(), quadrature=self.rule)
         quadratic = Basis(layer, ElementHexS2(), quadrature=self.rule)
-        shape = np.stack([np.broadcast_to(b[0].value, linear.dx.shape)[0] for b in linear.basis], axis=-1)
+        shape = np.stack([np.broadcast_to(b[0], linear.dx.shape)[0] for b in linear.basis], axis=-1)
         gradient = np.stack([b[0].grad for b in linear.basis]).transpose(2, 3, 0, 1)
         gradient20 = np.stack([b[0].grad for b in quadratic.basis]).transpose(2, 3, 0, 1)
         volume = np.array(linear.dx)
-        self.section_points: Floats = linear.global_coordinates().value.transpose(1, 2, 0)
+        self.section_points: Floats = np.asarray(linear.global_coordinates()).transpose(1, 2, 0)
         self.geometry = Geometry(
             np.ascontiguousarray(domain.cells, dtype=np.int64),
             np.ascontiguousarray(domain.node_cells, dtype=np.int64),

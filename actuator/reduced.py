@@ -132,13 +132,13 @@ class ReducedObjective:
         """Exact gradient of the total objective by the adjoint (Eq. 15)."""
         state, equilibrium = at.state, self.equilibrium
         zero = np.zeros_like(state.x), np.zeros_like(state.p)
-        _, gx, gp = self._derivatives(state.chi, state.x, state.p, *zero, state.nodal)
+        _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)
         lx, lp = equilibrium.solve_adjoint(state, -gx, -gp, self.adjoint_tolerance, guess)
         equilibrium.work.adjoints += 1
-        g_chi, _, _ = self._derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)
+        g_chi, _, _ = self.derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)
         return Gradient(g_chi + at.design.gradient, (lx, lp))
 
-    def _derivatives(
+    def derivatives(
         self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats, energy: float = 1.0
     ) -> tuple[Floats, Floats, Floats]:
         """Derivatives of C_0 + C_p + C_Ψ + Λ·R with respect to χ, x and p; real or complex.
@@ -191,9 +191,9 @@ class ReducedObjective:
         dx, dp = equilibrium.solve_tangent(state, -rx.imag / step, -rp.imag / step, tolerance)
         x, p = state.x + 1j * step * dx, state.p + 1j * step * dp
         _, _, nodal, _ = equilibrium.residual(chi, x, p)
-        h_chi, hx, hp = (g.imag / step for g in self._derivatives(chi, x, p, lx, lp, nodal))
+        h_chi, hx, hp = (g.imag / step for g in self.derivatives(chi, x, p, lx, lp, nodal))
         mx, mp = equilibrium.solve_adjoint(state, -hx, -hp, tolerance)
-        response, _, _ = self._derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, energy=0.0)
+        response, _, _ = self.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, energy=0.0)
         equilibrium.work.products += 1
         return Product(h_chi + response + self.design_product(at, direction), dx, dp)
 

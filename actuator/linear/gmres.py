@@ -85,7 +85,7 @@ def gmres(
         history[-1] = beta / norm_b
         if broke_down or stagnated:
             break
-    relative = beta / norm_b
+    relative = history[-1] = beta / norm_b
     return KrylovResult(x, iterations, relative, bool(relative <= tolerance), tuple(history))
 
 

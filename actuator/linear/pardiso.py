@@ -64,7 +64,6 @@ class PardisoSolver(DirectSolver):
         )
         kind = _UNSYMMETRIC if not symmetric else _CHOLESKY if positive_definite else _SYMMETRIC
         self._session = _Session(kind, self.indptr, self.indices, single=precision == "single", threads=threads)
-        self._scalar = np.float32 if precision == "single" else np.float64
         self._data: NDArray[Any] | None = None
         # Runs when this object goes, and at the latest before the interpreter ends.
         weakref.finalize(self, self._session.close)

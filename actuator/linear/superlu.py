@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from actuator.failure import SolveFailure
-from actuator.linear.interface import DirectSolver, Floats, Precision
+from actuator.linear.interface import DirectSolver, Floats
 
 #: Off-diagonal pivots are taken only below this share of the column's largest entry, so that a symmetric matrix
 #: keeps its symmetric ordering (X. S. Li, SuperLU Users' Guide, section 2.4.5).
@@ -26,34 +26,15 @@ class SuperLUSolver(DirectSolver):
 
     name = "superlu"
 
-    def __init__(
-        self,
-        indptr: ArrayLike,
-        indices: ArrayLike,
-        *,
-        symmetric: bool,
-        positive_definite: bool = False,
-        precision: Precision = "double",
-        threads: int = 2,
-    ) -> None:
-        super().__init__(
-            indptr,
-            indices,
-            symmetric=symmetric,
-            positive_definite=positive_definite,
-            precision=precision,
-            threads=threads,
-        )
-        self._kind = np.float32 if precision == "single" else np.float64
-        self._matrix: sp.csc_array | None = None
-        self._source: NDArray[np.int32] | None = None
-        self._factors: Any = None
+    _matrix: sp.csc_array | None = None
+    _source: NDArray[np.int32] | None = None
+    _factors: Any = None
 
     def _analyse(self, data: Floats) -> None:
         n = self.size
         if not self.symmetric:
             # Compressed rows of A are compressed columns of its transpose, which is what gets factorised.
-            self._matrix = sp.csc_array((data.astype(self._kind), self.indices, self.indptr), shape=(n, n))
+            self._matrix = sp.csc_array((data.astype(self._scalar), self.indices, self.indptr), shape=(n, n))
             self._source = None
             return
         entry = np.arange(len(self.indices), dtype=np.int32)
@@ -62,12 +43,12 @@ class SuperLUSolver(DirectSolver):
         full = (upper + sp.triu(upper, k=1).T).tocsc()
         full.sort_indices()
         self._source = (full.data - 1).astype(np.int32)
-        self._matrix = sp.csc_array((np.empty(full.nnz, self._kind), full.indices, full.indptr), shape=(n, n))
+        self._matrix = sp.csc_array((np.empty(full.nnz, self._scalar), full.indices, full.indptr), shape=(n, n))
 
     def _factorise(self, data: Floats) -> None:
         assert self._matrix is not None
         self._factors = None
-        self._matrix.data = (data if self._source is None else data[self._source]).astype(self._kind, copy=False)
+        self._matrix.data = (data if self._source is None else data[self._source]).astype(self._scalar, copy=False)
         try:
             if self.symmetric:
                 self._factors = splu(
@@ -90,11 +71,11 @@ class SuperLUSolver(DirectSolver):
             ) from error
         entries = int(self._factors.nnz)
         self.statistics.factor_entries = entries
-        self.statistics.peak_memory = entries * (np.dtype(self._kind).itemsize + 4)
+        self.statistics.peak_memory = entries * (np.dtype(self._scalar).itemsize + 4)
 
     def _solve(self, b: Floats, transposed: bool) -> Floats:
         plain = self.symmetric or transposed
-        x = self._factors.solve(np.asfortranarray(b, dtype=self._kind), "N" if plain else "T")
+        x = self._factors.solve(np.asfortranarray(b, dtype=self._scalar), "N" if plain else "T")
         return np.asfortranarray(x, dtype=np.float64)
 
     def _release(self) -> None:
