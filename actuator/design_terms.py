@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numba import njit, prange
 
 from actuator.assembly import Gather, scatter_vector
@@ -85,11 +84,6 @@ def passive_limit(radii: Floats, radius: float, interface_width: float) -> Float
     """
     smooth_radius = -smooth_minimum(radii, -radii, interface_width)
     return 8.0 / interface_width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
-
-
-def step_metric(discretisation: Discretisation, diffusivity_length: float) -> sp.csr_array:
-    """Matrix M of C_t = (χ - χ_old)ᵀ M (χ - χ_old) / (2 Δt²), Eq. (14): mass + L_t² stiffness, mm³."""
-    return sp.csr_array(discretisation.mass + diffusivity_length**2 * discretisation.stiffness)
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)

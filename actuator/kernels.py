@@ -54,7 +54,7 @@ def push(Finv, g, out):
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def residual(geometry, source, c, chi, u, p, Ru, Rp):
+def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     """Element residuals of Eqs. (5) and (6), without tractions on Γ.
 
     Args:
@@ -62,6 +62,7 @@ def residual(geometry, source, c, chi, u, p, Ru, Rp):
         source: Q_in at the quadrature points, (n_section, n_q), mm²/(N s).
         c: :class:`actuator.material.Coefficients`.
         chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
+        stressed: whether Ru is wanted; only Rp is computed otherwise.
         Ru, Rp: results, (n_cells, 20, 3) in N and (n_cells, 8) in mm³/s.
 
     Returns:
@@ -76,12 +77,13 @@ def residual(geometry, source, c, chi, u, p, Ru, Rp):
         b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         g, w, flux = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
         H = geometry.hessian[s]
-        for a in range(20):
-            for i in range(3):
-                value = 0.0 * u[0, 0]
-                for d in range(20):
-                    value += H[a, d] * u[nodes[d], i]
-                Ru[e, a, i] = c.hessian_penalty * value
+        if stressed:
+            for a in range(20):
+                for i in range(3):
+                    value = 0.0 * u[0, 0]
+                    for d in range(20):
+                        value += H[a, d] * u[nodes[d], i]
+                    Ru[e, a, i] = c.hessian_penalty * value
         for a in range(8):
             Rp[e, a] = 0.0
         lowest[e] = np.inf
@@ -94,22 +96,23 @@ def residual(geometry, source, c, chi, u, p, Ru, Rp):
                 continue
             x = interpolate(chi, vertices, geometry.shape[q])
             pressure = interpolate(p, vertices, geometry.shape[q])
-            trace = left_cauchy_green(F, b)
-            E = stiffness(x, c)[0]
-            log_J = np.log(J)
-            spherical = E * c.bulk * log_J - J * pressure
-            G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
-            for i in range(3):
-                for j in range(3):
-                    b[i, j] *= G
-                b[i, i] += spherical - G * trace / 3.0
-            for i in range(3):
-                for k in range(3):
-                    P[i, k] = dx * (b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2])
-            for a in range(20):
-                grad = geometry.gradient20[s, q, a]
+            if stressed:
+                trace = left_cauchy_green(F, b)
+                E = stiffness(x, c)[0]
+                log_J = np.log(J)
+                spherical = E * c.bulk * log_J - J * pressure
+                G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
                 for i in range(3):
-                    Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
+                    for j in range(3):
+                        b[i, j] *= G
+                    b[i, i] += spherical - G * trace / 3.0
+                for i in range(3):
+                    for k in range(3):
+                        P[i, k] = dx * (b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2])
+                for a in range(20):
+                    grad = geometry.gradient20[s, q, a]
+                    for i in range(3):
+                        Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
             kJ = permeability(x, c)[0] * J * dx
@@ -118,14 +121,12 @@ def residual(geometry, source, c, chi, u, p, Ru, Rp):
             sink = dx * (source[s, q] * (pressure - c.pressure) + drainage(x, c)[0] * pressure)
             for a in range(8):
                 grad = geometry.gradient[s, q, a]
-                Rp[e, a] += (
-                    flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
-                )
+                Rp[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
     return lowest.min()
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, g_chi, g_u, g_p):
+def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed, g_chi, g_u, g_p):
     """Derivative of Λ_u·R_u + Λ_p·R_p + weight · C_Ψ with respect to χ, u and p, per element.
 
     Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 13) and 0 to leave it out; the complex
@@ -133,6 +134,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, g_chi, g
 
     Args:
         lu, lp: adjoint fields Λ_u (n_nodes, 3) and Λ_p (n_vertices,), of the type of the other fields.
+        stressed: whether Λ_u is not zero; its part of the work is skipped otherwise.
         g_chi, g_u, g_p: results, (n_cells, 8), (n_cells, 20, 3) and (n_cells, 8).
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
@@ -148,8 +150,9 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, g_chi, g
         for a in range(20):
             for i in range(3):
                 value = 0.0 * u[0, 0]
-                for d in range(20):
-                    value += hessian[a, d] * lu[nodes[d], i]
+                if stressed:
+                    for d in range(20):
+                        value += hessian[a, d] * lu[nodes[d], i]
                 g_u[e, a, i] = c.hessian_penalty * value
         for a in range(8):
             g_chi[e, a] = 0.0
@@ -166,35 +169,38 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, g_chi, g
             log_J = np.log(J)
             iso = np.exp(-2.0 / 3.0 * log_J)
             G = E * c.shear * iso
-            # h = ∇Λ F⁻¹
-            for i in range(3):
-                for j in range(3):
-                    H[i, j] = 0.0
-            for a in range(20):
-                n = nodes[a]
+            d_chi = d_p = 0.0 * J
+            M[:] = 0.0
+            if stressed:
+                # h = ∇Λ F⁻¹
                 for i in range(3):
                     for j in range(3):
-                        H[i, j] += lu[n, i] * gradient20[a, j]
-            b_h = 0.0 * J
-            for i in range(3):
-                for j in range(3):
-                    h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
-                    b_h += b[i, j] * h[i, j]
-            div = h[0, 0] + h[1, 1] + h[2, 2]
-            dev_h = b_h - trace * div / 3.0  # dev(b) : h
-            d_chi = dE * (c.bulk * log_J * div + c.shear * iso * dev_h)
-            d_p = -J * div
-            # The tangent contracted with h, as a matrix M acting on n_a.
-            spherical = E * c.bulk * log_J - J * pressure
-            isotropic = (E * c.bulk - J * pressure) * div - 2.0 / 3.0 * G * dev_h
-            for i in range(3):
-                for j in range(3):
-                    # (h + hᵀ - 2/3 div) b̄ - hᵀ τ, with τ = b̄ + (spherical - G tr b / 3) I
-                    value = -h[j, i] * (spherical - G * trace / 3.0)
-                    for k in range(3):
-                        value += h[i, k] * G * b[k, j]
-                    M[i, j] = value - 2.0 / 3.0 * div * G * b[i, j]
-                M[i, i] += isotropic
+                        H[i, j] = 0.0
+                for a in range(20):
+                    n = nodes[a]
+                    for i in range(3):
+                        for j in range(3):
+                            H[i, j] += lu[n, i] * gradient20[a, j]
+                b_h = 0.0 * J
+                for i in range(3):
+                    for j in range(3):
+                        h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
+                        b_h += b[i, j] * h[i, j]
+                div = h[0, 0] + h[1, 1] + h[2, 2]
+                dev_h = b_h - trace * div / 3.0  # dev(b) : h
+                d_chi = dE * (c.bulk * log_J * div + c.shear * iso * dev_h)
+                d_p = -J * div
+                # The tangent contracted with h, as a matrix M acting on n_a.
+                spherical = E * c.bulk * log_J - J * pressure
+                isotropic = (E * c.bulk - J * pressure) * div - 2.0 / 3.0 * G * dev_h
+                for i in range(3):
+                    for j in range(3):
+                        # (h + hᵀ - 2/3 div) b̄ - hᵀ τ, with τ = b̄ + (spherical - G tr b / 3) I
+                        value = -h[j, i] * (spherical - G * trace / 3.0)
+                        for k in range(3):
+                            value += h[i, k] * G * b[k, j]
+                        M[i, j] = value - 2.0 / 3.0 * div * G * b[i, j]
+                    M[i, i] += isotropic
             # Darcy
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)

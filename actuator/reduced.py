@@ -18,6 +18,7 @@ from actuator.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
 from actuator.state import Equilibrium, State
+from actuator.tangent import symmetric_product
 
 TINY = 1e-40  # complex step: no subtraction, so no smallest sensible size
 
@@ -160,6 +161,7 @@ class ReducedObjective:
             kinematics.variation(x, lx).astype(kind),
             lp.astype(kind),
             energy,
+            bool(np.any(lx)),
             g_chi,
             g_u,
             g_p,
@@ -199,8 +201,7 @@ class ReducedObjective:
 
     def design_product(self, at: Evaluation, direction: Floats) -> Floats:
         """Hessian of C_χ + C_A + C_i times a direction, (n_vertices,)."""
-        upper = self.design.gather.matrix(at.design.hessian)
-        return np.asarray(upper @ direction + upper.T @ direction - upper.diagonal() * direction)
+        return symmetric_product(self.design.gather.matrix(at.design.hessian), direction)
 
 
 def main_objective(x: Floats, load: Load) -> float:

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from actuator.assembly import scatter_vector
 from actuator.constraints import Kinematics
 from actuator.discretisation import Discretisation
 from actuator.domain import Floats, HalfCylinder
 from actuator.failure import SolveFailure
 from actuator.kernels import residual
-from actuator.assembly import scatter_vector
 from actuator.linear import SolverName, gmres, make_solver
 from actuator.material import Coefficients
 from actuator.parameters import Load, Material, Objective
@@ -147,6 +147,7 @@ class Equilibrium:
             chi.astype(kind, copy=False),
             u,
             p.astype(kind, copy=False),
+            True,
             Ru,
             Rp,
         )
@@ -154,6 +155,15 @@ class Equilibrium:
         rx = self.kinematics.force(x, nodal)
         rx[-3:] += self.kinematics.spring_force(x)
         return rx, scatter_vector(Rp, self.geometry.cells, len(p)), nodal, float(lowest)
+
+    def flow_residual(self, chi: Floats, x: Floats, p: Floats) -> Floats:
+        """Residual of Eq. (5) alone, (n_vertices,), mm³/s; real or complex, at a fraction of the price."""
+        kind = np.result_type(chi, x, p)
+        Ru, Rp = np.empty((0, 20, 3), kind), np.empty((len(self.geometry.cells), 8), kind)
+        u = self.kinematics.displacement(x).astype(kind, copy=False)
+        fields = chi.astype(kind, copy=False), u, p.astype(kind, copy=False)
+        residual(self.geometry, self.source, self.coefficients, *fields, False, Ru, Rp)
+        return scatter_vector(Rp, self.geometry.cells, len(p))
 
     def _evaluate(self, chi: Floats, x: Floats, p: Floats) -> _Residual:
         rx, rp, nodal, lowest = self.residual(chi, x, p)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 
 from actuator.assembly import Gather
 from actuator.constraints import Kinematics
@@ -110,11 +111,11 @@ class Tangent:
 
     def multiply(self, dx: Floats, dp: Floats) -> tuple[Floats, Floats]:
         """Tangent times (dx, dp)."""
-        return _symmetric(self.xx, dx) + self.xp @ dp, self.px @ dx + _symmetric(self.pp, dp)
+        return symmetric_product(self.xx, dx) + self.xp @ dp, self.px @ dx + symmetric_product(self.pp, dp)
 
     def multiply_transposed(self, lx: Floats, lp: Floats) -> tuple[Floats, Floats]:
         """Transpose of the tangent times (lx, lp)."""
-        return _symmetric(self.xx, lx) + self.px.T @ lp, self.xp.T @ lx + _symmetric(self.pp, lp)
+        return symmetric_product(self.xx, lx) + self.px.T @ lp, self.xp.T @ lx + symmetric_product(self.pp, lp)
 
 
 def darcy_gather(discretisation: Discretisation) -> Gather:
@@ -153,5 +154,7 @@ def _unpack(packed: Floats) -> Floats:
     return full.transpose(0, 1, 3, 2, 4).reshape(-1, 60, 60)
 
 
-def _symmetric(upper, v: Floats) -> Floats:  # type: ignore[no-untyped-def]
-    return upper @ v + upper.T @ v - upper.data[upper.indptr[:-1]] * v
+def symmetric_product(upper: sp.csr_array, v: Floats) -> Floats:
+    """A v for a symmetric matrix given by its upper triangle with the whole diagonal stored."""
+    diagonal = upper.data[upper.indptr[:-1]]
+    return np.asarray(upper @ v + upper.T @ v - diagonal * v)

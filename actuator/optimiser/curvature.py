@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
 from actuator.domain import Floats
+from actuator.optimiser.metric import Metric
 
 
 class Curvature:
@@ -16,13 +16,13 @@ class Curvature:
     Powell 1970, doi:10.1016/B978-0-12-597050-1.50006-3.
 
     Args:
-        metric: M of C_t, (n, n).
+        metric: M of C_t.
         memory: most pairs kept; the oldest goes first.
     """
 
-    def __init__(self, metric: sp.csr_array, memory: int = 60) -> None:
+    def __init__(self, metric: Metric, memory: int = 60) -> None:
         self._metric, self._memory = metric, memory
-        n = metric.shape[0]
+        n = metric.size
         self._d, self._y = np.zeros((0, n)), np.zeros((0, n))
         self._rebuild()
 
@@ -52,7 +52,7 @@ class Curvature:
         self._rebuild()
 
     def _rebuild(self) -> None:
-        n = self._metric.shape[0]
+        n = self._metric.size
         self._w, self._r = np.zeros((0, n)), np.zeros((0, n))
         self._s, self._c = np.zeros(0), np.zeros(0)
         for direction, product in zip(self._d, self._y, strict=True):

@@ -1,27 +1,30 @@
-"""The inner problem: the best design step for a given model of the mechanics and step length Δt.
+"""The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
-    min over δ of  C_χ + C_A + C_i + C_p(·; u frozen) at χ + δ  +  gᵀδ + ½ δᵀ B δ  +  δᵀ M δ / (2 Δt²)
-
-Everything cheap is exact; g and B model what needs the mechanical factorisation. Solved by Newton's method with
-preconditioned conjugate gradients and a line search.
+Newton's method with preconditioned conjugate gradients and a line search. No mechanical solve is needed.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
-from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.leak import FrozenLeak, LeakPoint
+from actuator.linear import DirectSolver
+from actuator.optimiser.metric import Metric
+from actuator.optimiser.model import Model, ModelPoint
 from actuator.reduced import ReducedObjective
-from actuator.design_terms import DesignTerms
+from actuator.tangent import symmetric_product
 
-MAX_NEWTON = 30
-MAX_CG = 60
+MAX_NEWTON = 15
+MAX_CG = 40
+#: Most corrections of the design Hessian by what lies ahead.
+LOOK_AHEAD = 4
+#: Backtracking: factor per trial, and the length at which a direction is given up. The leak grows exponentially as a
+#: wall thins, so that full steps often overshoot.
+SHRINK, SHORTEST = 0.4, 5e-3
 
 
 @dataclass(frozen=True)
@@ -30,124 +33,133 @@ class InnerStep:
 
     Attributes:
         delta: δ, (n_vertices,).
-        change: predicted change of the total objective, without the step term; negative.
+        change: predicted change of the total objective, without the step term; not positive.
+        step_term: C_t of the step.
         newton, products: Newton steps and Hessian products it took.
     """
 
     delta: Floats
     change: float
+    step_term: float
     newton: int
     products: int
 
 
-@dataclass
-class _Point:
-    delta: Floats
-    value: float
-    gradient: Floats
-    design: DesignTerms
-    leak: LeakPoint
-    step_term: float
-
-
 class InnerProblem:
-    """Inner problems of one case; reuses the pattern and the analysis of the preconditioner's solver."""
+    """Solves the inner problems of one case; reuses the analysis of the preconditioner's pattern."""
 
-    def __init__(self, objective: ReducedObjective, metric: sp.csr_array) -> None:
-        self._objective, self._metric = objective, metric
-        self._gather = objective.design.gather
-        upper = sp.csr_array(sp.triu(metric, format="csr"))
-        upper.sort_indices()
-        if not np.array_equal(upper.indices, self._gather.indices):
-            raise ValueError("the step metric must have the pattern of the vertices")
-        self._metric_upper = upper.data
+    def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
+        self._gather, self._metric = objective.design.gather, metric
+        self._solver: DirectSolver = objective.equilibrium.design_solver
 
-    def solve(
-        self, chi: Floats, linear: Floats, curvature: Curvature, leak: FrozenLeak, dt: float, tolerance: float = 1e-2
-    ) -> InnerStep:
+    def solve(self, model: Model, dt: float, tolerance: float = 0.02) -> InnerStep:
         """Minimise from δ = 0.
 
         Args:
-            chi: design the step starts from.
-            linear: g, gradient at χ of what is modelled.
             dt: Δt.
-            tolerance: norm of the gradient left over, relative to that of g; both in the norm of the preconditioner.
+            tolerance: norm of the gradient left over, relative to that of what is modelled; both in the norm of the
+                preconditioner.
         """
-
-        def point(delta: Floats) -> _Point:
-            design, frozen = self._objective.design(chi + delta), leak(chi + delta)
-            bent, damped = curvature @ delta, self._metric @ delta / dt**2
-            step_term = 0.5 * float(delta @ damped)
-            value = design.value + frozen.value + float(delta @ (linear + 0.5 * bent)) + step_term
-            gradient = design.gradient + frozen.gradient + linear + bent + damped
-            return _Point(delta, value, gradient, design, frozen, step_term)
-
-        now = start = point(np.zeros_like(chi))
-        target, products = None, 0
-        newton = 0
-        for newton in range(1, MAX_NEWTON + 1):
-            self._precondition(now, dt)
-            solver = self._objective.equilibrium.design_solver
-            z = solver.solve(now.gradient, check=None)
-            norm = np.sqrt(abs(float(now.gradient @ z)))
+        metric, solver = self._metric, self._solver
+        start = now = model(np.zeros(metric.size))
+        target, products, newton = None, 0, 0
+        while newton < MAX_NEWTON:
+            newton += 1
+            gradient = now.gradient + metric @ now.delta / dt**2
+            hessian = self._look_ahead(model, now, gradient, dt)
+            z = solver.solve(gradient, check=None)
+            norm = _root(gradient @ z)
             if target is None:
                 # What the mechanics asks for sets the precision, not a stiff term that is violated at the start.
-                target = tolerance * min(norm, np.sqrt(abs(float(linear @ solver.solve(linear, check=None)))) or norm)
+                asked = _root(model.linear @ solver.solve(model.linear, check=None))
+                target = tolerance * min(norm, asked or norm)
             if norm <= target:
                 break
-            matrix = self._gather.matrix(now.design.hessian)
+            matrix = self._gather.matrix(hessian)
 
-            def hessian(v: Floats, at: _Point = now, upper: sp.csr_array = matrix) -> Floats:
-                own = upper @ v + upper.T @ v - upper.diagonal() * v + self._metric @ v / dt**2
-                return own + curvature @ v + leak.product(chi + at.delta, at.leak, v)
+            def product(v: Floats, at: ModelPoint = now, upper=matrix) -> Floats:  # type: ignore[no-untyped-def]
+                return symmetric_product(upper, v) + metric @ v / dt**2 + model.product(at, v)
 
             forcing = max(0.5 * target / norm, min(0.1, np.sqrt(target / norm)))
-            step, used = _conjugate_gradients(hessian, now.gradient, z, solver.solve, forcing)
+            step, used = _conjugate_gradients(product, gradient, z, solver, forcing)
             products += used
-            slope = float(now.gradient @ step)
-            length = 1.0
-            while True:
-                trial = point(now.delta + length * step)
-                if trial.value <= now.value + 1e-4 * length * slope:
-                    break
-                length *= 0.5
-                if length < 1e-6:
-                    trial = now
-                    break
-            if trial is now:
-                break
-            now = trial
-        return InnerStep(now.delta, now.value - now.step_term - start.value, newton, products)
 
-    def _precondition(self, at: _Point, dt: float) -> None:
-        """Factorise the design Hessian and the step metric, without the concave part of C_A if need be."""
-        solver = self._objective.equilibrium.design_solver
-        data = at.design.hessian + self._metric_upper / dt**2
+            def value(at: ModelPoint) -> float:
+                return at.value + 0.5 * float(at.delta @ (metric @ at.delta)) / dt**2
+
+            found = _line_search(model, value, now, gradient, step) or _line_search(model, value, now, gradient, -z)
+            if found is None:
+                break
+            now = found
+        step_term = 0.5 * float(now.delta @ (metric @ now.delta)) / dt**2
+        return InnerStep(now.delta, now.value - start.value, step_term, newton, products)
+
+    def _look_ahead(self, model: Model, now: ModelPoint, gradient: Floats, dt: float) -> Floats:
+        """Factorise the preconditioner and return the design Hessian it uses, data of the upper triangle.
+
+        C_χ and C_i are walls that the Hessian at a point inside them does not show. A cheap step without the
+        physics tells which parts of the walls it would run into; their curvature is averaged in.
+        """
+        hessian, walls = now.design.hessian, now.design.passive + now.design.slope
+        for _ in range(LOOK_AHEAD):
+            self._factorise(hessian, dt)
+            step = -self._solver.solve(gradient, check=None)
+            there = model.design(now.delta + step / max(1.0, float(np.abs(step).max())))
+            if there.passive + there.slope <= 2.0 * walls + 1e-3 * abs(now.value):
+                return hessian
+            hessian = 0.5 * (hessian + there.hessian)
+        self._factorise(hessian, dt)
+        return hessian
+
+    def _factorise(self, hessian: Floats, dt: float) -> None:
+        """Factorise the design Hessian and the step metric, with more of the latter where C_A is too concave."""
+        upper = self._metric.upper
+        data = hessian + upper / dt**2
         shift = 0.0
         for _ in range(6):
             try:
-                solver.factorise(data + shift * self._metric_upper)
+                self._solver.factorise(data + shift * upper)
             except SolveFailure:
                 shift = max(10.0 * shift, 0.1 / dt**2)
                 continue
             return
-        solver.factorise(self._metric_upper / dt**2)
+        self._solver.factorise(upper / dt**2)
 
 
-def _conjugate_gradients(hessian, gradient: Floats, z: Floats, precondition, forcing: float) -> tuple[Floats, int]:  # type: ignore[no-untyped-def]
+def _root(value: float) -> float:
+    return float(np.sqrt(abs(value)))
+
+
+def _line_search(
+    model: Model, value: Callable[[ModelPoint], float], now: ModelPoint, gradient: Floats, step: Floats
+) -> ModelPoint | None:
+    """First point along a step with enough decrease (Armijo), or None."""
+    slope, start = float(gradient @ step), value(now)
+    length = 1.0
+    while length > SHORTEST:
+        trial = model(now.delta + length * step)
+        if value(trial) <= start + 1e-4 * length * slope:
+            return trial
+        length *= SHRINK
+    return None
+
+
+def _conjugate_gradients(
+    product: Callable[[Floats], Floats], gradient: Floats, z: Floats, preconditioner: DirectSolver, forcing: float
+) -> tuple[Floats, int]:
     """Step of truncated Newton (Nocedal & Wright 2006, Alg. 7.1): stops at negative curvature."""
     x, r = np.zeros_like(gradient), gradient.copy()
     d, rz = -z, float(gradient @ z)
     target = forcing**2 * rz
     for used in range(1, MAX_CG + 1):
-        hd = hessian(d)
+        hd = product(d)
         bend = float(d @ hd)
         if bend <= 0.0:
             return (d if used == 1 else x), used
         alpha = rz / bend
         x += alpha * d
         r += alpha * hd
-        z = precondition(r, check=None)
+        z = preconditioner.solve(r, check=None)
         new = float(r @ z)
         if new <= target:
             return x, used

@@ -38,9 +38,7 @@ class FrozenLeak:
         self._elements = np.empty((n_cells, 8, 8))
         n = objective.domain.mesh.nvertices
         inflow = self._c.pressure * self._geometry.volume * equilibrium.source
-        self._load = scatter_vector(
-            (inflow @ self._geometry.shape)[self._geometry.section], self._geometry.cells, n
-        )
+        self._load = scatter_vector((inflow @ self._geometry.shape)[self._geometry.section], self._geometry.cells, n)
 
     def __call__(self, chi: Floats) -> LeakPoint:
         """Evaluate at a design; its Darcy matrix stays factorised for :meth:`product`."""
@@ -66,9 +64,7 @@ class FrozenLeak:
     def _apply(self, chi: Floats, p: Floats) -> Floats:
         kind = np.result_type(chi, p)
         elements = np.empty((len(self._geometry.cells), 8), kind)
-        darcy_product(
-            self._geometry, self._equilibrium.source, self._c, chi, self._metric, p.astype(kind), elements
-        )
+        darcy_product(self._geometry, self._equilibrium.source, self._c, chi, self._metric, p.astype(kind), elements)
         return scatter_vector(elements, self._geometry.cells, len(chi))
 
     def _derivative(self, chi: Floats, p: Floats, adjoint: Floats) -> Floats:

@@ -13,14 +13,13 @@ from time import perf_counter
 
 import numpy as np
 
-from actuator.design_terms import step_metric
 from actuator.domain import Floats
-from actuator.kernels import strain_energy_excess
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem
-from actuator.optimiser.leak import FrozenLeak, LeakPoint
-from actuator.optimiser.stationarity import Stationarity
-from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective, main_objective
+from actuator.optimiser.metric import Metric
+from actuator.optimiser.model import Model
+from actuator.optimiser.stationarity import stationarity
+from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective
 from actuator.state import NoState
 
 #: Most exact products per update, and how well model and truth must agree along the step.
@@ -28,7 +27,9 @@ MAX_PRODUCTS = 3
 AGREEMENT = 0.1
 #: Thresholds and factors of the trust region, after Conn, Gould & Toint 2000, Alg. 6.1.1.
 ACCEPT, POOR, GOOD, VERY_GOOD = 0.01, 0.25, 0.5, 0.8
-SHRINK, WIDEN, GROW = 0.5, 1.3, 2.0
+SHRINK, SHORTEN, WIDEN, GROW = 0.5, 0.3, 1.3, 2.0
+#: Share of the step term in the predicted change above which Δt is what limits the step.
+BINDING = 0.05
 #: Step lengths along the inner solution at which the predicted state is tried.
 LENGTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)
 #: Δt relative to its first value below which no step is worth trying.
@@ -44,7 +45,7 @@ class Progress:
     Attributes:
         evaluation, gradient: of the last accepted design.
         dt: Δt of the next update.
-        curvature: model of the mechanics' Hessian.
+        curvature: what has been learnt of the mechanics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
         seconds: spent so far, over all sessions.
@@ -78,8 +79,8 @@ class Outcome:
 class _Candidate:
     delta: Floats
     model_change: float
+    bound: bool
     product: Product
-    products: int
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,8 @@ class Optimiser:
     ) -> None:
         self.objective = objective
         self.first_step, self.tolerance, self.product_tolerance = first_step, tolerance, product_tolerance
-        self.metric = step_metric(objective.discretisation, objective.objective.diffusivity_length)
+        self.metric = Metric(objective.discretisation, objective.objective.diffusivity_length, objective.design.gather)
         self._inner = InnerProblem(objective, self.metric)
-        self._stationarity = Stationarity(self.metric, objective)
 
     # -------------------------------------------------------------------- start
 
@@ -131,7 +131,7 @@ class Optimiser:
 
     def checkpoint(self, progress: Progress) -> dict[str, Floats]:
         """Everything :meth:`resume` needs, as arrays."""
-        state, curvature = progress.evaluation.state, progress.curvature.arrays()
+        state = progress.evaluation.state
         columns = {f"history.{key}": np.array([r[key] for r in progress.history]) for key in progress.history[0]}
         return {
             "chi": state.chi,
@@ -141,7 +141,7 @@ class Optimiser:
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
             "scalars": np.array([progress.dt, progress.evaluations, progress.seconds]),
-            **{f"curvature.{key}": value for key, value in curvature.items()},
+            **{f"curvature.{key}": value for key, value in progress.curvature.arrays().items()},
             **columns,
         }
 
@@ -151,18 +151,16 @@ class Optimiser:
         adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
         gradient = Gradient(np.array(arrays["gradient"]), adjoint)
         curvature = Curvature(self.metric)
-        curvature.restore({k.removeprefix("curvature."): v for k, v in arrays.items() if k.startswith("curvature.")})
+        curvature.restore(_part(arrays, "curvature."))
         dt, evaluations, seconds = (float(v) for v in arrays["scalars"])
-        columns = {k.removeprefix("history."): v for k, v in arrays.items() if k.startswith("history.")}
+        columns = _part(arrays, "history.")
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
         return Progress(evaluation, gradient, dt, curvature, history, int(evaluations), seconds)
 
     # --------------------------------------------------------------------- loop
 
-    def run(
-        self, progress: Progress, max_updates: int, accepted: Callable[[Progress], None] | None = None
-    ) -> Outcome:
+    def run(self, progress: Progress, max_updates: int, accepted: Callable[[Progress], None] | None = None) -> Outcome:
         """Update the design until it is stationary, ``max_updates`` in all are made, or no step helps.
 
         Args:
@@ -170,14 +168,15 @@ class Optimiser:
             accepted: called after every accepted update.
         """
         while True:
-            stationarity = progress.history[-1]["stationarity"]
-            if stationarity <= self.tolerance:
-                return Outcome(progress, True, f"The design is stationary (measure {stationarity:.1e}).")
+            measure = progress.history[-1]["stationarity"]
+            if measure <= self.tolerance:
+                return Outcome(progress, True, f"The design is stationary (measure {measure:.1e}).")
             if len(progress.history) > max_updates:
                 return Outcome(progress, False, f"The limit of {max_updates} design updates is reached.")
             if not self._update(progress):
-                reason = "No smaller step lowers the objective any more; the measure is " f"{stationarity:.1e}."
-                return Outcome(progress, False, reason)
+                return Outcome(
+                    progress, False, f"No smaller step lowers the objective any more; the measure is {measure:.1e}."
+                )
             if accepted is not None:
                 accepted(progress)
 
@@ -187,11 +186,10 @@ class Optimiser:
         old = progress.evaluation
         # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
         self.objective.equilibrium.refresh()
-        leak = FrozenLeak(self.objective, old.state.displacement)
-        linear = progress.gradient.total - old.design.gradient - leak(old.chi).gradient
+        model = Model(self.objective, old, progress.gradient, progress.curvature)
         while progress.dt >= SMALLEST_STEP * self.first_step:
-            candidate = self._candidate(progress, linear, leak)
-            trial = self._predict(old, candidate)
+            candidate = self._candidate(progress, model)
+            trial = self._predict(old, model, candidate) if candidate.model_change < 0.0 else None
             if trial is None:
                 progress.dt *= SHRINK
                 continue
@@ -206,64 +204,43 @@ class Optimiser:
             if not ratio > ACCEPT:
                 progress.dt *= SHRINK * trial.length
                 continue
-            self._accept(progress, new, delta, linear, leak)
+            progress.evaluation, progress.gradient = new, self.objective.gradient(new, progress.gradient.adjoint)
+            model.learn_from(new, progress.gradient)
             agreement = trial.change / candidate.model_change if trial.length == 1.0 else 0.0
             used = progress.dt
-            progress.dt *= _trust(min(ratio, 2.0 - ratio), agreement, trial.length)
+            factor = _trust(min(ratio, 2.0 - ratio), agreement, trial.length)
+            progress.dt *= factor if candidate.bound else min(factor, 1.0)
             progress.seconds += perf_counter() - began
             progress.history.append(self._record(progress, used))
             return True
         return False
 
-    def _accept(self, progress: Progress, new: Evaluation, delta: Floats, linear: Floats, leak: FrozenLeak) -> None:
-        gradient = self.objective.gradient(new, progress.gradient.adjoint)
-        secant = gradient.total - new.design.gradient - leak(new.chi).gradient - linear
-        progress.curvature.learn(delta, secant)
-        progress.evaluation, progress.gradient = new, gradient
-
-    def _candidate(self, progress: Progress, linear: Floats, leak: FrozenLeak) -> _Candidate:
-        """Inner solution whose curvature the model knows."""
-        old, curvature = progress.evaluation, progress.curvature
-        for products in range(1, MAX_PRODUCTS + 1):
-            step = self._inner.solve(old.chi, linear, curvature, leak, progress.dt)
+    def _candidate(self, progress: Progress, model: Model) -> _Candidate:
+        """Inner solution along which the model knows state and curvature."""
+        old = progress.evaluation
+        for _ in range(MAX_PRODUCTS):
+            step = self._inner.solve(model, progress.dt)
             product = self.objective.product(old, progress.gradient, step.delta, self.product_tolerance)
-            exact = self._mechanical(old, leak, product, step.delta)
-            error = 0.5 * abs(float(step.delta @ (exact - curvature @ step.delta)))
-            curvature.learn(step.delta, exact)
-            if error <= AGREEMENT * abs(step.change):
+            if model.learn(step.delta, product) <= AGREEMENT * abs(step.change):
                 break
-        return _Candidate(step.delta, step.change, product, products)
+        # Δt holds the step back only if the step term weighs something in the model.
+        bound = step.step_term > BINDING * abs(step.change)
+        return _Candidate(step.delta, step.change, bound, product)
 
-    def _mechanical(self, at: Evaluation, leak: FrozenLeak, product: Product, delta: Floats) -> Floats:
-        """Part of an exact Hessian product that the inner problem does not hold itself."""
-        frozen: LeakPoint = leak(at.chi)
-        own = self.objective.design_product(at, delta) + leak.product(at.chi, frozen, delta)
-        return product.hessian - own
-
-    def _predict(self, old: Evaluation, candidate: _Candidate) -> _Trial | None:
-        """The step length whose linearly predicted state promises most, or None if none promises a decrease."""
+    def _predict(self, old: Evaluation, model: Model, candidate: _Candidate) -> _Trial | None:
+        """The length along the candidate whose linearly predicted state promises most, or None if none does."""
         best: _Trial | None = None
         for length in LENGTHS:
-            x = old.state.x + length * candidate.product.dx
-            change, p = self._predicted_change(old, old.chi + length * candidate.delta, x)
+            dx = length * candidate.product.dx
+            predicted = model.predict(length * candidate.delta, dx)
+            change = np.inf if predicted is None else predicted[0]
             if best is not None and not change < best.change:
                 break
-            if change < 0.0:
-                best = _Trial(length, change, (x, p))
+            if predicted is not None and change < 0.0:
+                best = _Trial(length, change, (old.state.x + dx, predicted[1]))
         if best is None or best.change > ACCEPT * candidate.model_change:
             return None
         return best
-
-    def _predicted_change(self, old: Evaluation, chi: Floats, x: Floats) -> tuple[float, Floats]:
-        """Change of the objective for a design and predicted displacements, and the pressure there."""
-        objective, equilibrium = self.objective, self.objective.equilibrium
-        u = equilibrium.kinematics.displacement(x)
-        energy, _ = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, chi, u)
-        if not np.isfinite(energy):
-            return np.inf, old.state.p
-        leak = FrozenLeak(objective, u)(chi)
-        value = main_objective(x, objective.load) + objective.design(chi).value + leak.value + float(energy)
-        return value - old.value, leak.p
 
     def _record(self, progress: Progress, dt: float) -> Record:
         at, work = progress.evaluation, self.objective.equilibrium.work
@@ -276,7 +253,7 @@ class Optimiser:
             "T3": float(at.state.arm[1]),
             "theta2": float(at.state.arm[2]),
             "dt": dt,
-            "stationarity": self._stationarity(at, progress.gradient),
+            "stationarity": stationarity(at, progress.gradient, self.metric),
             "energy_ratio": at.energy_ratio,
             "steepest": at.design.steepest,
             "newton": float(work.newton),
@@ -287,10 +264,14 @@ class Optimiser:
         }
 
 
+def _part(arrays: dict[str, Floats], prefix: str) -> dict[str, Floats]:
+    return {key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)}
+
+
 def _trust(ratio: float, agreement: float, length: float) -> float:
     """Factor on Δt from truth over prediction, prediction over model, and the length taken."""
     if length < 1.0:
-        return length
+        return max(length, SHORTEN)
     if ratio < POOR or agreement < POOR:
         return SHRINK
     if ratio > VERY_GOOD and agreement > VERY_GOOD:

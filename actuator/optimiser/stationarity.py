@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
-import scipy.sparse as sp
-
-from actuator.domain import Floats
-from actuator.linear import make_solver
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.optimiser.metric import Metric
+from actuator.reduced import Evaluation, Gradient
 
 
-class Stationarity:
-    """Largest relative change of the objective per unit change of the design.
+def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> float:
+    """Largest relative change of the objective per unit change of the design: sqrt(|Ω| gᵀ M⁻¹ g) / Σ |C_k|.
 
     The unit is a step δ with δᵀ M δ = |Ω|: a uniform change of χ by one, or a rougher one that is as large in the
-    norm of C_t (Eq. 14). The measure is sqrt(|Ω| gᵀ M⁻¹ g) / Σ |C_k|: the dual norm of the gradient, which does
-    not depend on the mesh as a Euclidean norm of nodal values would, over the sum of the objective's terms.
+    norm of C_t (Eq. 14). As a dual norm it does not depend on the mesh as one of nodal values would; the sum of the
+    terms' magnitudes makes it independent of units and is never zero.
     """
-
-    def __init__(self, metric: sp.csr_array, objective: ReducedObjective) -> None:
-        upper = sp.csr_array(sp.triu(metric, format="csr"))
-        self._solver = make_solver(upper.indptr, upper.indices, symmetric=True, positive_definite=True)
-        self._solver.factorise(upper.data)
-        self._volume = objective.discretisation.volume
-
-    def __call__(self, evaluation: Evaluation, gradient: Gradient) -> float:
-        g: Floats = gradient.total
-        dual = float(g @ self._solver.solve(g))
-        return float(np.sqrt(self._volume * dual)) / sum(abs(v) for v in evaluation.terms.values())
+    scale = sum(abs(value) for value in evaluation.terms.values())
+    return float(metric.volume) ** 0.5 * metric.dual_norm(gradient.total) / scale
