@@ -7,9 +7,12 @@ of threads.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from actuator.domain import Floats, Ints
 
@@ -49,7 +52,7 @@ class Gather:
         return sp.csr_array((data, self.indices, self.indptr), self.shape, copy=False)
 
 
-def scatter_vector(elements: Floats, cells: Ints, size: int) -> Floats:
+def scatter_vector(elements: NDArray[Any], cells: Ints, size: int) -> NDArray[Any]:
     """Sum element vectors (n_cells, n_local) or (n_cells, n_local, 3) into nodes: (size,) or (size, 3)."""
     if np.iscomplexobj(elements):
         return scatter_vector(elements.real, cells, size) + 1j * scatter_vector(elements.imag, cells, size)

@@ -95,7 +95,8 @@ class Discretisation:
     def wall_mass(self) -> sp.csr_array:
         """∫ N_a N_b over the cylinder wall Γ_ext divided by its area, (n_vertices, n_vertices)."""
         basis = FacetBasis(self.domain.mesh, ElementHex1(), facets=self.domain.wall_facets, intorder=4)
-        return sp.csr_array(BilinearForm(lambda u, v, _: u * v).assemble(basis)) / float(basis.dx.sum())
+        area = float(basis.dx.sum())
+        return sp.csr_array(BilinearForm(lambda u, v, _: u * v / area).assemble(basis))
 
 
 def _hessian_products(mesh: MeshHex, points: Floats, gradient: Floats, gradient20: Floats, volume: Floats) -> Floats:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from skfem import Basis, ElementHex1, ElementHexS2, MeshHex
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Ints = NDArray[np.signedinteger[Any]]
 
 #: Bulge of the core's sides, 0 straight to 1 circular. 0.3 makes the three angles that meet at a
 #: corner of the core nearly equal (118 and 2 x 121 degrees).

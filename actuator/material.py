@@ -33,13 +33,9 @@ class Coefficients(NamedTuple):
     @classmethod
     def of(cls, material: Material, load: Load, objective: Objective) -> Coefficients:
         """Collect the constants; the shift of χ in C_Ψ is 4 / L_i (Eq. 13)."""
-        return cls(
-            *(float(getattr(material, name)) for name in cls._fields[:8]),
-            float(load.pressure),
-            float(objective.strain_energy_weight),
-            float(objective.energy_limit),
-            4.0 / float(objective.interface_width),
-        )
+        values = [getattr(material, name) for name in cls._fields[:8]]
+        values += [load.pressure, objective.strain_energy_weight, objective.energy_limit]
+        return cls._make(float(value) for value in (*values, 4.0 / objective.interface_width))
 
 
 @njit(cache=True, inline="always")

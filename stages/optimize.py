@@ -56,7 +56,8 @@ class Result:
         pressure: p at the vertices, (n_vertices,), N/mm².
         arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
         history: one record per accepted design, the first being the initial design; column name -> (n_records,).
-        summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds`` and more.
+        summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds``
+            and more.
         checkpoint: what :func:`run` needs to continue from here.
         converged: whether the stationarity measure was reached.
         reason: one sentence saying why the optimisation ended.
@@ -113,6 +114,7 @@ def run(
         checkpoint = partial(optimiser.checkpoint, progress)
         observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint))
 
+    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     if resume is None:
         start = initial_design(domain.points, domain.radius, limits.interface_width)
         progress = optimiser.begin(start)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -126,8 +127,9 @@ class InnerProblem:
         self._solver.factorise(upper / dt**2)
 
 
-def _root(value: float) -> float:
-    return float(np.sqrt(abs(value)))
+def _root(square: Any) -> float:
+    """Norm from its square, which rounding may have made negative."""
+    return float(np.sqrt(abs(square)))
 
 
 def _line_search(

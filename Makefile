@@ -1,0 +1,43 @@
+# `make demo` and `make test` need nothing but Python 3.11 or newer; everything is installed into .venv.
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-long check clean
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+OUTPUTS := outputs
+
+help:  ## this list
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(STAMP)  ## optimise a small actuator and export it: outputs/quick.stl and outputs/quick.png
+	$(BIN)/poro run configs/quick.yaml --output $(OUTPUTS)
+
+test: $(STAMP)  ## the tests
+	$(BIN)/python -m pytest
+
+test-long: $(STAMP)  ## the tests that take minutes
+	$(BIN)/python -m pytest -m slow
+
+check: $(STAMP)  ## lint, format, types and tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest
+
+clean:  ## remove the environment and the caches, but no outputs
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
+
+# Renewed when the project's dependencies change; the code itself is installed in place.
+$(STAMP): pyproject.toml
+	@python=""; \
+	for candidate in python3 python3.14 python3.13 python3.12 python3.11; do \
+	  if "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=$$candidate; break; fi; \
+	done; \
+	if $(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then :; \
+	elif [ -z "$$python" ]; then \
+	  echo "poro needs Python 3.11 or newer: install it (https://www.python.org/downloads/) and run make again." >&2; exit 1; \
+	elif ! "$$python" -m venv --clear .venv; then \
+	  echo "$$python cannot make an environment: install its venv module (Debian and Ubuntu: apt install python3-venv) and run make again." >&2; exit 1; \
+	fi
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@

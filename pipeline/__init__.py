@@ -1,0 +1,1 @@
+"""The command line, the case file, the artifact store, reruns, progress and figures."""

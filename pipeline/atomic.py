@@ -1,0 +1,66 @@
+"""Files that are either whole or not there: written under another name in the same folder, then moved into place."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+
+@contextmanager
+def replacing(target: Path) -> Iterator[Path]:
+    """Give a temporary path beside ``target``; what is there at the end takes the target's place.
+
+    The data reach the disk before the name does. If the block fails, the target stays as it was.
+
+    Raises:
+        OSError: if the folder or the disk does not take the file.
+    """
+    temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        yield temporary
+        _synchronise(temporary)
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    if os.name == "posix":  # elsewhere a folder cannot be opened
+        _synchronise(target.parent)
+
+
+def write_bytes(target: Path, data: bytes) -> None:
+    """Write a whole file.
+
+    Raises:
+        OSError: if the folder or the disk does not take the file.
+    """
+    with replacing(target) as temporary:
+        temporary.write_bytes(data)
+
+
+def _synchronise(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() or os.name == "posix" else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def replacing_hdf5(target: Path) -> Iterator[h5py.File]:
+    """Give an empty HDF5 file; when the block ends well, it takes the target's place.
+
+    It is built in memory, since the HDF5 library crashes rather than fails when a disk is full.
+
+    Raises:
+        OSError: if the folder or the disk does not take the file.
+    """
+    with h5py.File(target.name, "w", driver="core", backing_store=False) as file:
+        yield file
+        file.flush()
+        image = file.id.get_file_image()
+    write_bytes(target, image)

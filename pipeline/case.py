@@ -1,0 +1,251 @@
+"""The case file: one YAML file that holds the settings of every stage."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import os
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, Field, ValidationError
+from pydantic_core import ErrorDetails
+
+import stages.export
+import stages.mirror
+import stages.optimize
+import stages.refine
+from actuator.linear import SolverName
+from pipeline import case_text
+from pipeline.exit_codes import ExitCode, Fault
+from stages.settings import Section
+
+#: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
+RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".checkpoint", ".stl", ".3mf")
+
+SHIPPED = (Path(__file__).parent / "configs", Path(__file__).parent.parent / "configs")
+
+
+class ComputeSettings(Section):
+    """How to compute; recorded, but no reason to compute again."""
+
+    threads: int = Field(0, ge=0, le=1024, description="threads; 0 for one per available core [-]")
+    linear_solver: SolverName = Field("auto", description="direct solver of the linear systems")
+
+    def build(self) -> stages.optimize.Compute:
+        """The optimiser's counterpart, with the number of threads decided."""
+        return stages.optimize.Compute(threads=self.threads or available_cores(), linear_solver=self.linear_solver)
+
+
+class Case(stages.optimize.Settings):
+    """A complete case: the optimisation's settings, those of the later stages, and how to compute."""
+
+    name: str = Field("case", max_length=100, pattern=NAME_PATTERN, description="stem of all file names")
+    refine: stages.refine.Settings = stages.refine.Settings()
+    mirror: stages.mirror.Settings = stages.mirror.Settings()
+    export: stages.export.Settings = stages.export.Settings()
+    compute: ComputeSettings = ComputeSettings()
+
+    @cached_property
+    def optimize(self) -> stages.optimize.Settings:
+        """The part of the case that the optimisation sees."""
+        return stages.optimize.Settings(**{key: getattr(self, key) for key in stages.optimize.Settings.model_fields})
+
+
+def available_cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def find_case(argument: Path) -> Path:
+    """The case file meant by an argument: that path, else the shipped case of that name.
+
+    Raises:
+        Fault: if there is none (USAGE).
+    """
+    if argument.is_file():
+        return argument
+    if argument.is_dir():
+        raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
+    shipped = [folder / argument.name for folder in SHIPPED if (folder / argument.name).is_file()]
+    if shipped and argument.parent == Path():
+        return shipped[0]
+    known = ", ".join(sorted({path.name for folder in SHIPPED for path in folder.glob("*.yaml")}))
+    raise Fault(
+        ExitCode.USAGE,
+        f"{argument}: there is no such file in {_where(argument)}; give the path of a case file or one of the "
+        f"shipped cases ({known}).",
+    )
+
+
+def read_case(path: Path) -> tuple[Case, str]:
+    """Read and check a case file; returns the case and the text as the user wrote it.
+
+    Raises:
+        Fault: one sentence for every mistake (USAGE).
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(case_text.MOST_BYTES + 1)
+    except OSError as error:
+        raise Fault(ExitCode.USAGE, f"{path}: cannot be read ({error.strerror}); check the file.") from None
+    return parse_case(text, str(path), path.stem), text.decode("utf-8-sig")
+
+
+def parse_case(text: bytes, origin: str, stem: str) -> Case:
+    """Check the text of a case file.
+
+    Args:
+        text: YAML, UTF-8.
+        origin: name of the file for messages.
+        stem: name of the case unless the text has one.
+
+    Raises:
+        Fault: one sentence for every mistake (USAGE).
+    """
+    document = case_text.parse(text, origin)
+    if not isinstance(document.data, dict):
+        kind = _kind(document.data)
+        raise Fault(
+            ExitCode.USAGE, f"{origin}:1: a case is made of 'section:' lines, not of {kind}; see `poro schema`."
+        )
+    data = {"name": stem} | document.data
+    try:
+        case = Case.model_validate(data, strict=True)
+    except ValidationError as error:
+        found = sorted((document.line(detail["loc"]), _sentence(detail)) for detail in error.errors())
+        sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found]
+        raise Fault(ExitCode.USAGE, "\n".join(sentences)) from None
+    for ending in RESERVED_ENDINGS:
+        if case.name.endswith(ending):
+            line = document.line(("name",))
+            raise Fault(ExitCode.USAGE, f"{origin}:{line}: name: must not end in {ending}; choose another name.")
+    return case
+
+
+def changed(case: Case, option: str, section: str, key: str, value: Any) -> Case:
+    """The case with one value from the command line.
+
+    Raises:
+        Fault: if the value is out of range (USAGE).
+    """
+    data = getattr(case, section).model_dump() | {key: value}
+    try:
+        return case.model_copy(update={section: type(getattr(case, section)).model_validate(data)})
+    except ValidationError as error:
+        wrong = _sentence(error.errors()[0]).partition(": ")[2]
+        raise Fault(ExitCode.USAGE, f"{option}: {wrong}.") from None
+
+
+def stored_case(resolved: dict[str, Any], origin: Path) -> Case:
+    """The case inside an artifact.
+
+    Raises:
+        Fault: if this version of the program does not understand it (ARTIFACT).
+    """
+    try:
+        return Case.model_validate(resolved)
+    except ValidationError as error:
+        raise Fault(
+            ExitCode.ARTIFACT,
+            f"{origin}: the case stored inside is not understood ({_sentence(error.errors()[0])}); "
+            "make the artifact again from its case file.",
+        ) from None
+
+
+def case_schema() -> str:
+    """JSON Schema of the case file."""
+    return json.dumps(Case.model_json_schema(), indent=2, ensure_ascii=False)
+
+
+# ------------------------------------------------------------------------------------------------ messages
+
+
+def _where(argument: Path) -> str:
+    return str(argument.parent) if argument.parent != Path() else f"the working folder {Path.cwd()}"
+
+
+def _sentence(detail: ErrorDetails) -> str:
+    """What is wrong and the remedy, without file, line and full stop."""
+    path, kind, value = detail["loc"], detail["type"], detail["input"]
+    context = detail.get("ctx", {})
+    key = case_text.dotted(path)
+    if kind == "extra_forbidden":
+        return f"{key}: {_unknown_key(path)}"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        names = ", ".join(_keys(path)[:3])
+        return f"{key}: must be a section of keys ({names}, …), not {_kind(value)}; indent its keys below it"
+    if kind in ("float_type", "int_type", "float_parsing", "int_parsing", "int_from_float"):
+        due = "number" if kind.startswith("float") else "whole number"
+        return f"{key}: must be a {due}, not {_kind(value)}; {_number_remedy(value, due)}"
+    if kind == "string_type":
+        return f"{key}: must be a word, not {_kind(value)}; put it in quotes"
+    if kind == "string_pattern_mismatch":
+        return f"{key}: '{case_text.shown(value)}' may only have letters, digits and . _ -; write another name"
+    if kind == "literal_error":
+        return f"{key}: must be {context['expected']}, not {_kind(value)}; write one of these"
+    limits = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
+    if kind in limits:
+        words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}[limits[kind]]
+        limit = context[limits[kind]]
+        return f"{key}: must be {words} {limit:g}, not {case_text.shown(value)}; change the value"
+    return f"{key}: {detail['msg'][0].lower()}{detail['msg'][1:]}; see `poro schema`"
+
+
+def _unknown_key(path: case_text.Path) -> str:
+    known = _keys(path[:-1])
+    close = difflib.get_close_matches(str(path[-1]), known, n=1, cutoff=0.6)
+    if close:
+        return f"unknown key; write '{close[0]}' if that was meant, else remove it"
+    elsewhere = [section for section in Case.model_fields if path[-1] in _keys((section,))]
+    if elsewhere:
+        return f"unknown key here; it belongs below '{elsewhere[0]}:'"
+    return f"unknown key; remove it or use one of {', '.join(known)}"
+
+
+def _keys(path: case_text.Path) -> list[str]:
+    """The keys a section may have."""
+    model: Any = Case
+    for part in path:
+        members = model.model_fields
+        model = members[part].annotation if part in members else None
+        if not (isinstance(model, type) and issubclass(model, BaseModel)):
+            return []
+    return list(model.model_fields)
+
+
+def _kind(value: Any) -> str:
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"the text '{case_text.shown(value)}'"
+    if isinstance(value, list | dict):
+        return "a list" if isinstance(value, list) else "a section"
+    return case_text.shown(value)
+
+
+def _number_remedy(value: Any, due: str) -> str:
+    if isinstance(value, float) and value.is_integer():
+        return f"write {value:.0f}"
+    if not isinstance(value, str):
+        return f"write a {due}"
+    try:
+        number = float(value)
+    except ValueError:
+        return f"write a {due} without units or quotes"
+    if not math.isfinite(number):
+        return f"write a finite {due}"
+    whole = due == "whole number" and number.is_integer() and abs(number) < 1e15
+    return f"write {number:.0f}" if whole else f"write {_yaml_float(value)}"
+
+
+def _yaml_float(text: str) -> str:
+    """A number as every YAML reader takes it: with a point, and with a sign in the exponent."""
+    mantissa, _, exponent = text.lower().replace("_", "").strip().partition("e")
+    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{mantissa}e{int(exponent):+d}" if exponent else mantissa

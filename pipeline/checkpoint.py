@@ -1,0 +1,104 @@
+"""Checkpoints of the optimisation: written at every design update, found again by the next run of the same case."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import stages.optimize
+from pipeline import artifact
+from pipeline.artifact import Dataset, Header
+from pipeline.exit_codes import Fault
+from pipeline.job import Job
+from pipeline.keys import checkpoint_key, plain
+from stages.events import DesignUpdate, Event
+
+STAGE = "checkpoint"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where an optimisation can go on.
+
+    Attributes:
+        updates: design updates made so far.
+        state: the optimiser's named arrays; what they mean is its own business.
+    """
+
+    updates: int
+    state: dict[str, Any]
+
+
+class Keeper:
+    """Observer that stores every checkpoint; ``last`` is the one on disk."""
+
+    def __init__(self, job: Job, start: Checkpoint | None) -> None:
+        self.job = job
+        self.last = start
+        resolved = plain(job.case)
+        self.header = Header(
+            stage=STAGE,
+            stage_version=stages.optimize.VERSION,
+            content_key=checkpoint_key(resolved, stages.optimize.VERSION),
+            identity="",
+            upstream_keys=(),
+            upstream_identity="",
+            case_text=job.case_text,
+            case_resolved=resolved,
+        )
+
+    def observe(self, event: Event) -> None:
+        """Store the checkpoint of a design update.
+
+        Raises:
+            OSError: if the disk does not take it.
+        """
+        if isinstance(event, DesignUpdate):
+            reached = Checkpoint(int(event.record["update"]), event.checkpoint())
+            artifact.write(self.job.files.checkpoint, self.header, datasets(reached))
+            self.last = reached
+
+
+def datasets(checkpoint: Checkpoint) -> dict[str, Dataset]:
+    """A checkpoint as datasets of an artifact."""
+    state = {f"checkpoint/{name}": Dataset(value, "", "optimiser") for name, value in checkpoint.state.items()}
+    return state | {"progress/updates": Dataset(checkpoint.updates, "1", "design updates made")}
+
+
+def find(job: Job, *, finished: bool) -> tuple[Checkpoint | None, str]:
+    """The farthest state from which the case's optimisation can go on, and a remark on what is not used, if any.
+
+    Args:
+        job: the case and its files.
+        finished: whether to look into the finished artifact as well as for an interrupted run.
+    """
+    remark = ""
+    found: list[Checkpoint] = []
+    places = [(job.files.checkpoint, STAGE)] + [(job.artifact("optimize"), "optimize")] * finished
+    for path, stage in places:
+        try:
+            checkpoint = _read(job, path, stage)
+        except Fault as fault:
+            remark = f"a checkpoint is not used: {fault}"
+            continue
+        if checkpoint:
+            found.append(checkpoint)
+    if not found:
+        return None, remark
+    last = max(found, key=lambda checkpoint: checkpoint.updates)
+    return last, ""
+
+
+def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
+    """The checkpoint in a file, unless it is of another path or too far along it."""
+    if not path.exists():
+        return None
+    header = artifact.read_header(path)
+    key = checkpoint_key(plain(job.case), stages.optimize.VERSION)
+    if checkpoint_key(header.case_resolved, header.stage_version) != key:
+        return None
+    updates = int(artifact.read(path, stage, "progress/updates")[0])
+    if updates > job.case.optimizer.max_updates:
+        return None
+    return Checkpoint(updates, artifact.read_group(path, stage, "checkpoint"))

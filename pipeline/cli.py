@@ -1,0 +1,224 @@
+"""The command ``poro``: it parses, calls, and turns every end into a sentence and an exit code.
+
+Heavy modules are imported inside the commands, so that ``poro --help`` is immediate.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import tempfile
+import traceback
+from enum import StrEnum
+from io import TextIOWrapper
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import typer
+
+from pipeline.exit_codes import ExitCode, Fault, unexpected
+from pipeline.stage_names import STAGES, Stage
+
+_CODES = ", ".join(f"{code.value} {code.meaning}" for code in ExitCode)
+
+app = typer.Typer(
+    name="poro",
+    epilog=f"Exit codes: {_CODES}.",
+    add_completion=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+class Format(StrEnum):
+    """Formats of the exported part."""
+
+    STL = "stl"
+    THREE_MF = "3mf"
+
+
+Source = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).")]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output", "-o", help="Folder of the results. Default: outputs/ if there is one, else here; beside an .h5."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")]
+Force = Annotated[bool, typer.Option("--force", help="Run even what is up to date.")]
+Threads = Annotated[int | None, typer.Option("--threads", help="Threads; 0 for one per core.")]
+Updates = Annotated[
+    int | None, typer.Option("--updates", help="Most design updates; 0 evaluates the initial design only.")
+]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Ignore what an interrupted optimisation left.")]
+
+
+@app.command()
+def optimize(
+    case: Source,
+    updates: Updates = None,
+    threads: Threads = None,
+    output: Output = None,
+    force: Force = False,
+    fresh: Fresh = False,
+    as_json: Json = False,
+) -> None:
+    """Optimise the design of a case."""
+    _until("optimize", case, output, force, as_json, fresh=fresh, updates=updates, threads=threads)
+
+
+@app.command()
+def refine(case: Source, output: Output = None, force: Force = False, as_json: Json = False) -> None:
+    """Put the design on a finer mesh and filter it."""
+    _until("refine", case, output, force, as_json)
+
+
+@app.command()
+def mirror(case: Source, output: Output = None, force: Force = False, as_json: Json = False) -> None:
+    """Extract the closed surface of the whole solid."""
+    _until("mirror", case, output, force, as_json)
+
+
+@app.command()
+def export(
+    case: Source,
+    scale: Annotated[float | None, typer.Option("--scale", help="Size of the part over size of the domain.")] = None,
+    format: Annotated[Format | None, typer.Option("--format", help="File format.")] = None,
+    output: Output = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Scale, prove and write the part as STL or 3MF, and draw it."""
+    _until("export", case, output, force, as_json, scale=scale, format=format)
+
+
+@app.command()
+def run(
+    case: Source,
+    first: Annotated[Stage | None, typer.Option("--from", help="Take the stages before this one as they are.")] = None,
+    last: Annotated[Stage, typer.Option("--until", help="Stop after this stage.")] = Stage.EXPORT,
+    updates: Updates = None,
+    threads: Threads = None,
+    output: Output = None,
+    force: Force = False,
+    fresh: Fresh = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would run.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say for every stage why it runs or not.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Run all stages that are missing or stale."""
+    from pipeline import commands
+
+    job = commands.open_job(case, output, updates=updates, threads=threads)
+    steps = commands.plan(job, first=first, last=last, forced=(first or STAGES[0]) if force else None)
+    if dry_run:
+        typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=explain))
+        return
+    if explain:
+        typer.echo(commands.steps_text(steps, reasons=True), err=True)
+    typer.echo(commands.perform(job, steps, fresh=fresh, as_json=as_json))
+
+
+@app.command()
+def status(case: Source, output: Output = None, as_json: Json = False) -> None:
+    """Say which stages are up to date, and why others are not."""
+    from pipeline import commands
+
+    steps = commands.plan(commands.open_job(case, output))
+    typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=True))
+
+
+@app.command()
+def convert(
+    source: Annotated[Path, typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).")],
+    target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
+) -> None:
+    """Write mesh and fields of an artifact in another format, such as .vtu."""
+    from pipeline.conversion import convert as convert_artifact
+
+    convert_artifact(source, target)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of the case file."""
+    from pipeline.case import case_schema
+
+    typer.echo(case_schema())
+
+
+def _until(
+    stage: str, source: Path, output: Path | None, force: bool, as_json: bool, *, fresh: bool = False, **changes: Any
+) -> None:
+    """Run one stage, and those before it that are missing or stale."""
+    from pipeline import commands
+
+    job = commands.open_job(source, output, **changes)
+    steps = commands.plan(job, last=stage, forced=stage if force else None)
+    typer.echo(commands.perform(job, steps, fresh=fresh, as_json=as_json))
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"poro {version('poro')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Topology optimisation of pneumatic soft actuators, from a case file to a printable part."""
+
+
+def main() -> None:
+    """Run the command line and end the process with the documented exit code."""
+    sys.exit(call(sys.argv[1:]))
+
+
+def call(arguments: list[str]) -> ExitCode:
+    """Run a command line; returns its exit code, having said in a sentence what went wrong, if anything did."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # an old terminal shows ? for θ rather than stopping us
+            stream.reconfigure(errors="replace")
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        ended = app(arguments or ["--help"], prog_name="poro", standalone_mode=False)
+    except Fault as fault:
+        return _end(fault.code, str(fault))
+    except typer.TyperException as error:
+        return _end(ExitCode.USAGE, f"{error.format_message()} See `poro --help`.")
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        reason = f"{where}a file could not be written or read ({error.strerror or error})"
+        remedy = "make room or choose another folder, and run the same command to continue"
+        return _end(ExitCode.UNEXPECTED, f"{reason}; {remedy}.")
+    except MemoryError:
+        return _end(ExitCode.UNEXPECTED, "The memory does not suffice; use a coarser mesh (section 'domain:').")
+    except Exception as error:
+        with tempfile.NamedTemporaryFile("w", prefix="poro-", suffix=".log", delete=False, encoding="utf-8") as log:
+            traceback.print_exc(file=log)
+        return _end(ExitCode.UNEXPECTED, str(unexpected(error, log.name)))
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    if ended == ExitCode.INTERRUPTED:  # what typer makes of a KeyboardInterrupt
+        return _end(ExitCode.INTERRUPTED, "Interrupted; run the same command again.")
+    return ExitCode.OK
+
+
+def _end(code: ExitCode, sentence: str) -> ExitCode:
+    typer.echo(f"poro: {sentence}", err=True)
+    return code
+
+
+def _interrupt(signum: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    main()

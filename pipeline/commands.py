@@ -1,0 +1,93 @@
+"""What the commands of the program do, without the parsing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pipeline import figures, summary
+from pipeline import job as jobs
+from pipeline.artifact import program_version
+from pipeline.execution import Execution
+from pipeline.exit_codes import ExitCode, Fault, unexpected
+from pipeline.job import Job
+from pipeline.plan import Step, plan
+from pipeline.progress import Reporter, reporting
+
+__all__ = ["open_job", "perform", "plan", "steps_json", "steps_text"]
+
+
+def open_job(argument: Path, output: Path | None = None, **changes: Any) -> Job:
+    """The job that a command line describes; see :func:`pipeline.job.open_job`."""
+    return jobs.open_job(argument, output, jobs.Changes(**changes))
+
+
+def steps_text(steps: list[Step], *, reasons: bool) -> str:
+    """A plan, one stage a line."""
+    lines = []
+    for step in steps:
+        word = "given" if step.given else "run" if step.runs else "up to date"
+        why = "; ".join(step.reasons) if reasons and step.runs else str(step.path)
+        lines.append(f"{step.stage:<10}{word:<12}{why}")
+    return "\n".join(lines)
+
+
+def steps_json(steps: list[Step]) -> str:
+    """A plan as JSON."""
+    found = [
+        {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons, "path": str(step.path)}
+        for step in steps
+    ]
+    return json.dumps(found, indent=2)
+
+
+def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
+    """Run the steps and draw the part if it is one of them; returns the summary, as text or as JSON.
+
+    Raises:
+        Fault: with the code and sentence for what went wrong.
+        OSError: if the folder or the disk does not take a file.
+        MemoryError: if the mesh is too large.
+        KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
+    """
+    _make(job.files.folder)
+    with reporting(job.files.log) as reporter:
+        reporter.log.info("poro %s: %s", program_version(), job.argument)
+        execution = Execution(job, reporter, fresh)
+        try:
+            execution.run(steps)
+            if steps[-1].stage == "export" and (steps[-1].runs or not job.files.picture.exists()):
+                _draw(job, reporter)
+        except (Fault, OSError, MemoryError, KeyboardInterrupt) as error:
+            reporter.log.error(str(error) or type(error).__name__)
+            raise
+        except Exception as error:
+            reporter.log.exception("unexpected error")
+            raise unexpected(error, job.files.log) from error
+    files = [str(path) for path in _files(job, steps) if path.exists()]
+    if as_json:
+        return json.dumps(summary.as_json(execution, files), indent=2)
+    return summary.as_text(execution, files)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        sentence = f"{folder}: cannot be made a folder for the results ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None
+
+
+def _draw(job: Job, reporter: Reporter) -> None:
+    """Draw the part; a picture that fails is no reason to fail."""
+    try:
+        figures.draw_part(job.files.exported, job.files.picture)
+    except Exception as error:
+        reporter.say(f"no picture of the part: {error}")
+        reporter.log.warning("drawing failed", exc_info=True)
+
+
+def _files(job: Job, steps: list[Step]) -> list[Path]:
+    found = [step.path for step in steps if not step.given and step.stage != "export"]
+    return [*found, job.files.exported, job.files.picture] if steps[-1].stage == "export" else found

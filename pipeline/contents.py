@@ -1,0 +1,145 @@
+"""What each stage's artifact holds: results to datasets and back."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+import stages.mirror
+import stages.optimize
+import stages.refine
+from actuator.domain import HalfCylinder
+from pipeline import artifact, vtkhdf
+from pipeline.artifact import Dataset
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Content = tuple[dict[str, Dataset], vtkhdf.GridPaths]
+
+#: Units of the history's columns; the others are numbers without a unit.
+UNITS = {"T1": "mm", "T3": "mm", "theta2": "rad", "p_min": "N/mm^2", "p_max": "N/mm^2", "seconds": "s"}
+
+
+def of_optimize(result: stages.optimize.Result) -> Content:
+    """Design, state and history."""
+    domain = result.domain
+    chi = vtkhdf.on_nodes(domain, result.chi)
+    pressure = vtkhdf.on_nodes(domain, result.pressure)
+    datasets = {
+        "vertices/chi": Dataset(result.chi, "1", "design field chi at the vertices"),
+        "vertices/pressure": Dataset(result.pressure, "N/mm^2", "pressure p at the vertices"),
+        "nodes/points": Dataset(domain.nodes, "mm", "undeformed nodes of the 20-node cells, the vertices first"),
+        "nodes/connectivity": Dataset(
+            domain.node_cells[:, vtkhdf.VTK_ORDER].ravel(), "1", "nodes of the cells, 20 each, in VTK's order"
+        ),
+        "nodes/chi": Dataset(chi, "1", "design field chi; on edges the mean of the ends"),
+        "nodes/density": Dataset(expit(chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
+        "nodes/pressure": Dataset(pressure, "N/mm^2", "pressure p; on edges the mean of the ends"),
+        "nodes/displacement": Dataset(result.displacement, "mm", "displacement u"),
+        "arm": Dataset(result.arm, "mm, mm, rad", "rigid motion T1, T3, theta2 of the arm's root"),
+        **_domain(domain),
+        **{
+            f"history/{name}": Dataset(column, UNITS.get(name, "1"), f"{name} after every design update")
+            for name, column in result.history.items()
+        },
+    }
+    names = ("chi", "density", "pressure", "displacement")
+    grid = vtkhdf.GridPaths(
+        "/nodes/points",
+        "/nodes/connectivity",
+        vtkhdf.QUADRATIC_HEXAHEDRON,
+        {name: f"/nodes/{name}" for name in names},
+    )
+    return datasets, grid
+
+
+def of_refine(result: stages.refine.Result) -> Content:
+    """The finer mesh and the filtered design."""
+    domain = result.domain
+    datasets = {
+        "vertices/points": Dataset(domain.points, "mm", "vertices of the finer mesh"),
+        "vertices/connectivity": Dataset(
+            domain.cells[:, vtkhdf.VTK_ORDER[:8]].astype(np.int64).ravel(), "1", "vertices of the cells, VTK's order"
+        ),
+        "vertices/chi": Dataset(result.chi, "1", "filtered design field at the vertices"),
+        "vertices/density": Dataset(expit(result.chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
+        **_domain(domain),
+    }
+    fields_ = {name: f"/vertices/{name}" for name in ("chi", "density")}
+    return datasets, vtkhdf.GridPaths("/vertices/points", "/vertices/connectivity", vtkhdf.HEXAHEDRON, fields_)
+
+
+def of_mirror(result: stages.mirror.Result) -> Content:
+    """The closed surface of the whole solid."""
+    datasets = {
+        "surface/points": Dataset(result.vertices, "mm", "vertices of the solid's surface"),
+        "surface/connectivity": Dataset(
+            result.triangles.astype(np.int64).ravel(), "1", "vertices of the triangles, 3 each, outward normals"
+        ),
+    }
+    return datasets, vtkhdf.GridPaths("/surface/points", "/surface/connectivity", vtkhdf.TRIANGLE, {})
+
+
+def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:
+    """Domain and χ at its vertices from the artifact of ``optimize`` or ``refine``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    names = [field.name for field in fields(HalfCylinder)]
+    chi, *sizes = artifact.read(path, stage, "vertices/chi", *(f"domain/{name}" for name in names))
+    return HalfCylinder(*(size.item() for size in sizes)), chi
+
+
+def surface(path: Path) -> tuple[Floats, Ints]:
+    """Vertices (n, 3) and triangles (m, 3) from the artifact of ``mirror``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    points, connectivity = artifact.read(path, "mirror", "surface/points", "surface/connectivity")
+    return points, connectivity.reshape(-1, 3)
+
+
+def summarised(summary: Mapping[str, Any]) -> dict[str, Dataset]:
+    """A stage's summary as a dataset; numbers that are not finite, which JSON lacks, become null."""
+    text = json.dumps(_json_value(summary), allow_nan=False)
+    return {"report/summary": Dataset(text, "", "summary of the stage, JSON")}
+
+
+def summary(path: Path, stage: str) -> dict[str, Any]:
+    """A stage's summary, read from its artifact.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    found: dict[str, Any] = json.loads(artifact.read(path, stage, "report/summary")[0])
+    return found
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _json_value(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _json_value(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_json_value(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _domain(domain: HalfCylinder) -> dict[str, Dataset]:
+    units = {"radius": "mm", "length": "mm"}
+    return {
+        f"domain/{field.name}": Dataset(
+            getattr(domain, field.name), units.get(field.name, "1"), f"{field.name} of the half cylinder"
+        )
+        for field in fields(domain)
+    }

@@ -1,0 +1,48 @@
+"""How the program ends: the exit codes and the one exception that carries them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from pathlib import Path
+
+
+class ExitCode(IntEnum):
+    """What the shell sees; documented in ``poro --help``."""
+
+    OK = 0
+    UNEXPECTED = 1
+    USAGE = 2
+    NOT_CONVERGED = 3
+    ARTIFACT = 4
+    BAD_SOLID = 5
+    INTERRUPTED = 130
+
+    @property
+    def meaning(self) -> str:
+        """The code in a few words."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    ExitCode.OK: "ok",
+    ExitCode.UNEXPECTED: "unexpected error (details are in the log)",
+    ExitCode.USAGE: "wrong usage or case file",
+    ExitCode.NOT_CONVERGED: "did not converge",
+    ExitCode.ARTIFACT: "artifact missing, unreadable or stale",
+    ExitCode.BAD_SOLID: "the exported solid fails its checks",
+    ExitCode.INTERRUPTED: "interrupted",
+}
+
+
+class Fault(Exception):
+    """An expected end of a command: ``str(fault)`` says what is wrong and what to change, one sentence per line."""
+
+    def __init__(self, code: ExitCode, sentence: str) -> None:
+        super().__init__(sentence)
+        self.code = code
+
+
+def unexpected(error: Exception, log: Path | str) -> Fault:
+    """The fault for an error nobody foresaw, whose traceback is in a log."""
+    reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return Fault(ExitCode.UNEXPECTED, f"Unexpected error: {reason}; details are in {log}.")

@@ -1,0 +1,142 @@
+"""Pictures of the part.
+
+VTK draws them off screen where it can. Without any OpenGL library it does not fail but crash, so it draws in a process
+of its own; if that ends badly, matplotlib draws a plainer picture.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from manifold3d import Manifold, Mesh64
+from numpy.typing import NDArray
+from PIL import Image
+
+from pipeline.atomic import replacing
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SIZE = (1400, 700)
+BODY, CUT, PAPER = "#7fa7c9", "#e8a33d", "#ffffff"
+LONGEST_DRAWING = 120.0  # s; a driver that hangs must not hang the pipeline
+#: Directions to the eye: for the whole, and for the half that is cut open.
+OUTSIDE, INSIDE = (1.0, -1.3, 0.75), (0.35, -1.0, 0.3)
+
+
+def draw_part(part: Path, picture: Path) -> None:
+    """Draw a part twice, whole and cut open at X2 = 0, into a PNG.
+
+    Args:
+        part: STL or 3MF, as exported.
+        picture: the PNG.
+
+    Raises:
+        OSError: if the part cannot be read, or the folder or the disk does not take the picture.
+    """
+    solid = trimesh.load_mesh(part)
+    vertices, triangles = np.array(solid.vertices), np.array(solid.faces)
+    with replacing(picture) as temporary:
+        if not _draw_apart(vertices, triangles, temporary):
+            _draw_with_matplotlib(vertices, triangles, temporary)
+        with Image.open(temporary, formats=["PNG"]) as drawn:  # 256 colours halve the file and look the same
+            small = drawn.convert("RGB").quantize(256)
+        small.save(temporary, format="PNG", optimize=True)
+
+
+def _draw_apart(vertices: Floats, triangles: Ints, png: Path) -> bool:
+    """Draw with VTK in a process of its own; whether there is a picture."""
+    with tempfile.TemporaryDirectory() as folder:
+        surface, drawn = Path(folder) / "surface.npz", Path(folder) / "drawn.png"
+        np.savez(surface, vertices=vertices, triangles=triangles)
+        command = [sys.executable, "-P", "-m", "pipeline.figures", str(surface), str(drawn)]
+        try:
+            ended = subprocess.run(command, capture_output=True, timeout=LONGEST_DRAWING, check=False)
+        except (OSError, subprocess.TimeoutExpired):
+            return False
+        if ended.returncode != 0 or not drawn.is_file():
+            return False
+        png.write_bytes(drawn.read_bytes())
+    return True
+
+
+def _draw_with_vtk(vertices: Floats, triangles: Ints, png: Path) -> None:
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), border=False, window_size=list(SIZE))
+    for column, view in enumerate((OUTSIDE, INSIDE)):
+        plotter.subplot(0, column)
+        plotter.set_background(PAPER)
+        for corners, colour in _pieces(vertices, triangles, cut=view is INSIDE):
+            piece = pyvista.PolyData.from_regular_faces(
+                corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3)
+            )
+            plotter.add_mesh(
+                piece.clean(),
+                color=colour,
+                smooth_shading=True,
+                split_sharp_edges=True,
+                feature_angle=35.0,
+                specular=0.2,
+                specular_power=20,
+                ambient=0.2,
+                lighting=colour != CUT,
+            )
+        plotter.enable_parallel_projection()
+        plotter.view_vector(view, (0.0, 0.0, 1.0))
+        plotter.add_axes(xlabel="X1", ylabel="X2", zlabel="X3", color="black")
+        plotter.camera.zoom(1.05)
+    plotter.enable_anti_aliasing("ssaa", all_renderers=True)
+    plotter.screenshot(png)
+
+
+def _draw_with_matplotlib(vertices: Floats, triangles: Ints, png: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_rgb
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    for column, view in enumerate((OUTSIDE, INSIDE)):
+        axes: Any = figure.add_axes((0.5 * column, 0.0, 0.5, 1.0), projection="3d", proj_type="ortho")
+        direction = np.array(view) / np.linalg.norm(view)
+        pieces = _pieces(vertices, triangles, cut=view is INSIDE)
+        corners = np.concatenate([piece for piece, _ in pieces])
+        paint = np.concatenate([np.tile(to_rgb(colour), (len(piece), 1)) for piece, colour in pieces])
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        facing = normals @ direction > 0.0  # of a closed surface the rest is hidden
+        light = 0.35 + 0.65 * (normals @ direction)[facing, None]
+        # Edges in the colour of their triangle close the hairlines between triangles.
+        colours = light * paint[facing]
+        axes.add_collection3d(Poly3DCollection(corners[facing], facecolors=colours, edgecolors=colours, linewidths=0.4))
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        axes.set_box_aspect(high - low, zoom=1.2)
+        azimuth = float(np.degrees(np.arctan2(direction[1], direction[0])))
+        axes.view_init(elev=float(np.degrees(np.arcsin(direction[2]))), azim=azimuth)
+        axes.set_axis_off()
+    figure.savefig(png, format="png")
+
+
+def _pieces(vertices: Floats, triangles: Ints, cut: bool) -> list[tuple[Floats, str]]:
+    """Corners (n, 3, 3) of the triangles to be drawn and their colour: all, or the half X2 > 0 and its cut face."""
+    if not cut:
+        return [(vertices[triangles], BODY)]
+    solid = Manifold(Mesh64(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, dtype=np.uint64)))
+    half = solid.trim_by_plane((0.0, 1.0, 0.0), 0.0).to_mesh64()
+    corners = half.vert_properties[:, :3][half.tri_verts]
+    on_cut = np.abs(corners[:, :, 1]).max(axis=1) < 1e-6 * np.ptp(vertices)
+    return [(corners[~on_cut], BODY), (corners[on_cut], CUT)]
+
+
+if __name__ == "__main__":
+    with np.load(sys.argv[1]) as found:
+        _draw_with_vtk(found["vertices"], found["triangles"], Path(sys.argv[2]))

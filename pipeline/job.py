@@ -1,0 +1,139 @@
+"""A job: a case, the files it makes, and which stages are already given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline import artifact
+from pipeline.artifact import Header
+from pipeline.case import Case, changed, find_case, read_case, stored_case
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.stage_names import STAGES
+from stages.export import Settings as ExportSettings
+
+SUFFIXES = {"optimize": ".h5", "refine": ".refined.h5", "mirror": ".solid.h5"}
+
+
+@dataclass(frozen=True)
+class Files:
+    """Where a job's files lie.
+
+    Attributes:
+        folder: of all of them.
+        name: of the case.
+        part: file name of the exported part.
+    """
+
+    folder: Path
+    name: str
+    part: str
+
+    def artifact(self, stage: str) -> Path:
+        """The artifact of a stage; that of ``export`` is the record beside the part."""
+        ending = SUFFIXES.get(stage)
+        return self.folder / (f"{self.name}{ending}" if ending else f"{self.part}.h5")
+
+    @property
+    def exported(self) -> Path:
+        """The part, STL or 3MF."""
+        return self.folder / self.part
+
+    @property
+    def picture(self) -> Path:
+        """The picture of the part."""
+        return self.exported.with_suffix(".png")
+
+    @property
+    def log(self) -> Path:
+        """The log, to which every command appends."""
+        return self.folder / f"{self.name}.log"
+
+    @property
+    def checkpoint(self) -> Path:
+        """State of an optimisation under way."""
+        return self.folder / f"{self.name}.checkpoint.h5"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case and where it is worked on.
+
+    Attributes:
+        argument: the case or artifact as the user named it.
+        case: with the command line's changes.
+        case_text: as the user wrote it.
+        own_export: the case's section ``export`` without the command line's changes.
+        files: where the results lie.
+        given: header of the artifact the user named instead of a case: its stage and those before are not run.
+    """
+
+    argument: Path
+    case: Case
+    case_text: str
+    own_export: ExportSettings
+    files: Files
+    given: Header | None = None
+
+    def artifact(self, stage: str) -> Path:
+        """The artifact of a stage."""
+        return self.argument if self.given and self.given.stage == stage else self.files.artifact(stage)
+
+    def recorded(self, stage: str) -> Case:
+        """The case as a stage's artifact records it; another scale or format of one part is not the case's."""
+        return self.case if stage == "export" else self.case.model_copy(update={"export": self.own_export})
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What the command line says instead of the case; None where it says nothing."""
+
+    updates: int | None = None
+    threads: int | None = None
+    scale: float | None = None
+    format: str | None = None
+
+    def applied(self, case: Case) -> Case:
+        """The changed case.
+
+        Raises:
+            Fault: if a value is out of range (USAGE).
+        """
+        for option, value, section, key in (
+            ("--updates", self.updates, "optimizer", "max_updates"),
+            ("--threads", self.threads, "compute", "threads"),
+            ("--scale", self.scale, "export", "scale"),
+            ("--format", self.format, "export", "format"),
+        ):
+            if value is not None:
+                case = changed(case, option, section, key, value)
+        return case
+
+
+def open_job(argument: Path, output: Path | None = None, changes: Changes | None = None) -> Job:
+    """The job that a command line describes.
+
+    Args:
+        argument: a case file, or an artifact of a case.
+        output: folder of the results; by default an artifact's own folder, or for a case
+            ``outputs`` in the working folder if there is one, else the working folder.
+        changes: what the command line says instead of the case.
+
+    Raises:
+        Fault: if the case is not usable (USAGE), or the artifact is not (ARTIFACT).
+    """
+    given: Header | None = None
+    if argument.suffix == ".h5":
+        given = artifact.read_header(argument)
+        if given.stage not in STAGES:
+            raise Fault(ExitCode.ARTIFACT, f"{argument}: this is a checkpoint; give the case file it belongs to.")
+        case, text = stored_case(given.case_resolved, argument), given.case_text
+        default = argument.parent
+    else:
+        case, text = read_case(find_case(argument))
+        default = Path("outputs") if Path("outputs").is_dir() else Path()
+    own_export = case.export
+    case = changes.applied(case) if changes else case
+    tag = "" if case.export.scale == own_export.scale else f".scale-{case.export.scale:g}"
+    files = Files(output or default, case.name, f"{case.name}{tag}.{case.export.format}")
+    return Job(argument, case, text, own_export, files, given)

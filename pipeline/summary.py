@@ -1,0 +1,60 @@
+"""The summary at the end of a run, for people and for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from pipeline.execution import Execution
+
+
+def as_json(execution: Execution, files: list[str]) -> dict[str, Any]:
+    """What ``--json`` prints: the optimisation's summary, then one entry per later stage, files and times."""
+    stages = dict(execution.summaries)
+    seconds = {stage: summary["stage_seconds"] for stage, summary in stages.items()}
+    for stage, summary in stages.items():
+        stages[stage] = {key: value for key, value in summary.items() if key != "stage_seconds"}
+    found = {"name": execution.job.case.name, **stages.pop("optimize", {})}
+    return found | stages | {"files": files, "stage_seconds": seconds}
+
+
+def as_text(execution: Execution, files: list[str]) -> str:
+    """What a user reads at the end."""
+    lines = [f"{execution.job.case.name}"]
+    stages = execution.summaries
+    if "optimize" in stages:
+        lines += _design_lines(stages["optimize"])
+    if "export" in stages:
+        lines += _part_lines(stages["export"])
+    times = ", ".join(f"{stage} {summary['stage_seconds']:.1f}" for stage, summary in stages.items())
+    lines.append(_line("seconds", times))
+    lines += [_line("files" if file == files[0] else "", file) for file in files]
+    return "\n".join(lines)
+
+
+def _design_lines(design: Mapping[str, Any]) -> list[str]:
+    return [
+        _line("ended", design["reason"]),
+        _line("C0", f"{design['terms']['C0']:.6f}   (total objective C {design['C']:.6f})"),
+        _line("T3", f"{design['T3']:.4f} mm"),
+        _line("theta2", f"{math.degrees(design['theta2']):.3f} degrees"),
+        _line("spring elongation", f"{design['spring_elongation']:.3f} mm"),
+    ]
+
+
+def _part_lines(part: Mapping[str, Any]) -> list[str]:
+    low, high = part["bounding_box"]
+    box = " x ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    lines = [
+        _line("volume", f"{part['volume']:.1f} mm^3"),
+        _line("watertight", "yes" if part["watertight"] else "no"),
+        _line("bounding box", f"{box} mm"),
+    ]
+    if part["islands"]:
+        lines.append(_line("loose bodies", f"{len(part['islands'])}, together {sum(part['islands']):.2f} mm^3"))
+    return lines
+
+
+def _line(name: str, value: str) -> str:
+    return f"  {name:<20}{value}"

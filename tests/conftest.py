@@ -1,0 +1,41 @@
+"""The program called as a user calls it, and a finished run to look at or to spoil."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from command_line import TINY, Ended, Poro
+
+from pipeline.cli import call
+
+
+@pytest.fixture
+def poro(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Poro:
+    """Call the program with arguments, in an empty working folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> Ended:
+        capsys.readouterr()
+        code = call([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return Ended(int(code), captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the tiny case has run to the end."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "tiny.yaml").write_text(TINY)
+    assert call(["run", str(folder / "tiny.yaml"), "--output", str(folder), "--threads", "1"]) == 0
+    return folder
+
+
+@pytest.fixture
+def folder(finished: Path, tmp_path: Path) -> Path:
+    """A copy of that folder, to be spoilt; it is the working folder of ``poro``."""
+    shutil.copytree(finished, tmp_path, dirs_exist_ok=True)
+    return tmp_path

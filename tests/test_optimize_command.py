@@ -1,0 +1,132 @@
+"""`poro optimize`: what it prints and stores, and how it is interrupted and continued."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from command_line import TINY, Poro
+
+from pipeline import artifact
+from pipeline.exit_codes import ExitCode
+
+TERMS = {"C0", "C_chi", "C_A", "C_i", "C_p", "C_psi"}
+
+
+def test_json_summary_has_what_is_promised(folder: Path, poro: Poro) -> None:
+    ended = poro("optimize", "tiny.yaml", "--output", ".", "--json")
+    assert ended.code == ExitCode.OK
+    summary = json.loads(ended.out)
+    assert {"C", "T1", "T3", "theta2", "p_min", "p_max", "evaluations", "seconds"} <= set(summary)
+    assert set(summary["terms"]) == TERMS
+    assert sum(summary["terms"].values()) == pytest.approx(summary["C"])
+    assert summary["updates"] == 1
+
+
+def test_artifact_holds_history_and_case(folder: Path) -> None:
+    header = artifact.read_header(folder / "tiny.h5")
+    assert header.case_text == TINY
+    assert header.case_resolved["objective"]["strain_limit"] == 0.14
+    history = artifact.read_group(folder / "tiny.h5", "optimize", "history")
+    assert set(history) > TERMS
+    np.testing.assert_array_equal(history["update"], [0, 1])
+    assert history["C"][1] <= history["C"][0]
+    with h5py.File(folder / "tiny.h5") as file:
+        assert file["nodes/displacement"].attrs["units"] == "mm"
+
+
+def test_zero_updates_evaluate_the_initial_design_only(folder: Path, poro: Poro) -> None:
+    ended = poro("optimize", "tiny.yaml", "--output", "initial", "--updates", 0, "--json", "--threads", 1)
+    summary = json.loads(ended.out)
+    history = artifact.read_group(folder / "tiny.h5", "optimize", "history")
+    assert summary["updates"] == 0
+    assert summary["evaluations"] == 1
+    assert summary["C"] == pytest.approx(history["C"][0], rel=1e-9)
+
+
+def test_more_updates_continue_from_the_finished_design(folder: Path, poro: Poro) -> None:
+    first = artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]
+    ended = poro("optimize", "tiny.yaml", "--output", ".", "--updates", 2, "--threads", 1)
+    assert ended.code == ExitCode.OK
+    longer = artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]
+    assert len(longer) == 3
+    np.testing.assert_array_equal(longer[:2], first)
+    assert "after design update 1" in ended.err
+
+
+def test_case_without_a_state_ends_with_code_3(folder: Path, poro: Poro) -> None:
+    (folder / "wild.yaml").write_text(TINY + "load: {pressure_ratio: 1.0e+6}\n")
+    ended = poro("optimize", "wild.yaml", "--output", "wild", "--updates", 0, "--threads", 1)
+    assert ended.code == ExitCode.NOT_CONVERGED
+    assert ended.err.splitlines()[-1].startswith("poro: optimize: ")
+    assert not (folder / "wild" / "wild.h5").exists()
+
+
+def test_folder_that_cannot_be_made_is_refused(folder: Path, poro: Poro) -> None:
+    ended = poro("optimize", "tiny.yaml", "--output", folder / "tiny.yaml" / "x")
+    assert ended.code == ExitCode.USAGE
+    assert "--output" in ended.err
+
+
+def _started(folder: Path, updates: int) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "pipeline.cli", "optimize", "tiny.yaml", "--threads", "1"]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    return subprocess.Popen(
+        [*command, "--output", ".", "--updates", str(updates)],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_interrupted_optimisation_continues_to_the_same_place(
+    number: signal.Signals, tmp_path: Path, poro: Poro
+) -> None:
+    updates = 4
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    assert poro("optimize", "tiny.yaml", "--output", "whole", "--updates", updates, "--threads", 1).code == 0
+    process = _started(tmp_path, updates)
+    checkpoint = tmp_path / "tiny.checkpoint.h5"
+    deadline = time.monotonic() + 120.0
+    while not _stored(checkpoint) and time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == ExitCode.INTERRUPTED, said
+    assert "run the same command to continue" in said.splitlines()[-1]
+    stored = _stored(checkpoint)
+    assert 1 <= stored < updates
+    assert not (tmp_path / "tiny.h5").exists()
+
+    ended = poro("optimize", "tiny.yaml", "--output", ".", "--updates", updates, "--threads", 1)
+    assert ended.code == ExitCode.OK
+    assert f"after design update {stored}" in ended.err
+    assert not checkpoint.exists()
+    whole, continued = (
+        artifact.read(Path(path), "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
+    )
+    np.testing.assert_allclose(continued, whole, atol=1e-6)
+
+
+def _stored(checkpoint: Path) -> int:
+    """Design updates in a checkpoint; 0 if there is none."""
+    return int(artifact.read(checkpoint, "checkpoint", "progress/updates")[0]) if checkpoint.exists() else 0
+
+
+def test_fresh_ignores_and_other_settings_do_not_use_a_checkpoint(folder: Path, poro: Poro) -> None:
+    options = ("--output", ".", "--threads", 1, "--updates", 2)
+    assert "after design update 1" not in poro("optimize", "tiny.yaml", *options, "--fresh").err
+    (folder / "tiny.yaml").write_text(TINY + "objective: {area_weight: 0.002}\n")
+    assert "after design update" not in poro("optimize", "tiny.yaml", *options).err
