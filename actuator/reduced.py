@@ -55,7 +55,6 @@ class Gradient:
 
     Attributes:
         total: dC/dχ, (n_vertices,).
-        leak_explicit: its part from C_p with u frozen, (n_vertices,).
         adjoint: (Λ_x, Λ_p), (n_x,) and (n_p,).
     """
 
@@ -88,7 +87,7 @@ class ReducedObjective:
         objective: Objective,
         *,
         state_tolerance: float = 1e-8,
-        adjoint_tolerance: float = 1e-8,
+        adjoint_tolerance: float = 1e-10,
         solver: SolverName = "auto",
         threads: int = 2,
     ) -> None:

@@ -92,6 +92,8 @@ class Equilibrium:
         tolerance: relative residual of a converged state.
         solver: name of the direct solver.
         threads: used by the direct solver.
+
+    The mechanical block is factorised in single precision: it only preconditions, and costs half.
     """
 
     def __init__(
@@ -112,7 +114,7 @@ class Equilibrium:
         self.coefficients = Coefficients.of(material, load, objective)
         self.source = pressure_source(self.discretisation.radii, domain.radius, material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
-        self.tolerance = tolerance
+        self.tolerance, self.solver, self.threads = tolerance, solver, threads
         self.work = Work()
         mechanics, darcy = self.tangent.mechanics, self.tangent.darcy
         self.mechanical_solver = make_solver(

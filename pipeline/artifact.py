@@ -15,15 +15,17 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipeline import vtkhdf
 from pipeline.atomic import replacing_hdf5
 from pipeline.exit_codes import ExitCode, Fault
+
+if TYPE_CHECKING:  # slow to load: only the functions that open a file import it
+    import h5py
 
 FILE_TYPE = "poro artifact"
 SCHEMA_VERSION = 1
@@ -103,6 +105,8 @@ def write(path: Path, header: Header, datasets: Mapping[str, Dataset], grid: vtk
 
 
 def _create(file: h5py.File, name: str, dataset: Dataset) -> None:
+    import h5py
+
     if isinstance(dataset.values, str):
         created = file.create_dataset(name, data=dataset.values, dtype=h5py.string_dtype())
     else:
@@ -164,6 +168,8 @@ def read_grid(path: Path) -> vtkhdf.Grid:
 @contextmanager
 def _opened(path: Path, stage: str = "") -> Iterator[h5py.File]:
     """An artifact for reading, of a stage if one is given; whatever HDF5 cannot read becomes one sentence."""
+    import h5py
+
     if not path.is_file():
         raise Fault(ExitCode.ARTIFACT, f"{path}: there is no such file; run the stage that makes it.")
     again = "delete it and make it again"
@@ -201,6 +207,8 @@ def _first_line(error: Exception) -> str:
 
 
 def _value(dataset: h5py.Dataset) -> NDArray[Any] | str:
+    import h5py
+
     if h5py.check_string_dtype(dataset.dtype):
         return str(dataset[()].decode())
     return np.asarray(dataset[()])

@@ -7,8 +7,10 @@ import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
+if TYPE_CHECKING:
+    import h5py
 
 
 @contextmanager
@@ -59,6 +61,8 @@ def replacing_hdf5(target: Path) -> Iterator[h5py.File]:
     Raises:
         OSError: if the folder or the disk does not take the file.
     """
+    import h5py  # slow to load: only where a file is made
+
     with h5py.File(target.name, "w", driver="core", backing_store=False) as file:
         yield file
         file.flush()

@@ -17,7 +17,7 @@ import stages.export
 import stages.mirror
 import stages.optimize
 import stages.refine
-from actuator.linear import SolverName
+from actuator.solver_name import SolverName
 from pipeline import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from stages.settings import Section

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pipeline import figures, summary
 from pipeline import job as jobs
+from pipeline import summary
 from pipeline.artifact import program_version
 from pipeline.execution import Execution
 from pipeline.exit_codes import ExitCode, Fault, unexpected
@@ -82,6 +82,8 @@ def _make(folder: Path) -> None:
 def _draw(job: Job, reporter: Reporter) -> None:
     """Draw the part; a picture that fails is no reason to fail."""
     try:
+        from pipeline import figures  # loads drawing libraries; if they fail, the part is still there
+
         figures.draw_part(job.files.exported, job.files.picture)
     except Exception as error:
         reporter.say(f"no picture of the part: {error}")

@@ -7,18 +7,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
-import stages.mirror
-import stages.optimize
-import stages.refine
-from actuator.domain import HalfCylinder
 from pipeline import artifact, vtkhdf
 from pipeline.artifact import Dataset
+
+if TYPE_CHECKING:
+    import stages.mirror
+    import stages.optimize
+    import stages.refine
+    from actuator.domain import HalfCylinder
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,6 +31,8 @@ UNITS = {"T1": "mm", "T3": "mm", "theta2": "rad", "p_min": "N/mm^2", "p_max": "N
 
 def of_optimize(result: stages.optimize.Result) -> Content:
     """Design, state and history."""
+    from scipy.special import expit  # slow to load: only where there is a design to store
+
     domain = result.domain
     chi = vtkhdf.on_nodes(domain, result.chi)
     pressure = vtkhdf.on_nodes(domain, result.pressure)
@@ -38,7 +41,7 @@ def of_optimize(result: stages.optimize.Result) -> Content:
         "vertices/pressure": Dataset(result.pressure, "N/mm^2", "pressure p at the vertices"),
         "nodes/points": Dataset(domain.nodes, "mm", "undeformed nodes of the 20-node cells, the vertices first"),
         "nodes/connectivity": Dataset(
-            domain.node_cells[:, vtkhdf.VTK_ORDER].ravel(), "1", "nodes of the cells, 20 each, in VTK's order"
+            domain.node_cells[:, vtkhdf.vtk_order()].ravel(), "1", "nodes of the cells, 20 each, in VTK's order"
         ),
         "nodes/chi": Dataset(chi, "1", "design field chi; on edges the mean of the ends"),
         "nodes/density": Dataset(expit(chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
@@ -63,11 +66,13 @@ def of_optimize(result: stages.optimize.Result) -> Content:
 
 def of_refine(result: stages.refine.Result) -> Content:
     """The finer mesh and the filtered design."""
+    from scipy.special import expit  # as in of_optimize
+
     domain = result.domain
     datasets = {
         "vertices/points": Dataset(domain.points, "mm", "vertices of the finer mesh"),
         "vertices/connectivity": Dataset(
-            domain.cells[:, vtkhdf.VTK_ORDER[:8]].astype(np.int64).ravel(), "1", "vertices of the cells, VTK's order"
+            domain.cells[:, vtkhdf.vtk_order()[:8]].astype(np.int64).ravel(), "1", "vertices of the cells, VTK's order"
         ),
         "vertices/chi": Dataset(result.chi, "1", "filtered design field at the vertices"),
         "vertices/density": Dataset(expit(result.chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
@@ -94,6 +99,8 @@ def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:
     Raises:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
+    from actuator.domain import HalfCylinder  # scikit-fem: only where a stage works on the design
+
     names = [field.name for field in fields(HalfCylinder)]
     chi, *sizes = artifact.read(path, stage, "vertices/chi", *(f"domain/{name}" for name in names))
     return HalfCylinder(*(size.item() for size in sizes)), chi

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
-from skfem.io.meshio import HEX_MAPPING
 
-from actuator.domain import HalfCylinder
 from pipeline.atomic import replacing_hdf5
+
+if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, scikit-fem where a mesh is
+    import h5py
+
+    from actuator.domain import HalfCylinder
 
 #: VTK's cell types (vtkCellType.h).
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
@@ -25,7 +29,6 @@ CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
 # scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as HalfCylinder is: its default
 # reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
 _SWAPPED_FACES = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]
-VTK_ORDER = np.array(HEX_MAPPING[:20])[_SWAPPED_FACES]
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,14 @@ class GridPaths:
     fields: Mapping[str, str]
 
 
+@cache
+def vtk_order() -> NDArray[np.int64]:
+    """Where VTK's 20 nodes of a hexahedron, the 8 corners first, stand in scikit-fem's order."""
+    from skfem.io.meshio import HEX_MAPPING
+
+    return np.array(HEX_MAPPING[:20], dtype=np.int64)[_SWAPPED_FACES]
+
+
 def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray[np.float64]:
     """A field of the vertices on the nodes of the 20-node cells: on an edge, the mean of its ends."""
     return np.concatenate([vertex_field, vertex_field[domain.mesh.edges].mean(axis=0)])
@@ -67,6 +78,8 @@ def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray
 
 def write(file: h5py.File, grid: GridPaths) -> None:
     """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
+    import h5py
+
     group = file.create_group("VTKHDF")
     group.attrs["Version"] = np.array([2, 0], dtype=np.int64)
     group.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
@@ -119,6 +132,8 @@ def write_sidecar(artifact: Path) -> Path:
     Raises:
         OSError: if the folder or the disk does not take the file.
     """
+    import h5py
+
     sidecar = artifact.with_suffix(".vtkhdf")
     with replacing_hdf5(sidecar) as file:
         file["VTKHDF"] = h5py.ExternalLink(artifact.name, "/VTKHDF")

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import io
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 from pydantic import Field
 
 from actuator.failure import UnreadableSolid
-from actuator.geometry.solid import component_volumes, prove_solid, rounded
 from stages.events import Message, Observer, silent
 from stages.settings import Section
+
+if TYPE_CHECKING:
+    import trimesh
 
 VERSION = 1
 
@@ -105,6 +106,8 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         actuator.failure.EmptySolid: if there is no triangle.
         actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
     """
+    from actuator.geometry.solid import component_volumes, prove_solid  # manifold3d: only where it runs
+
     proof = prove_solid(settings.scale * vertices, triangles)
     surface = proof.surface
     if proof.repair_tolerance:
@@ -144,6 +147,11 @@ def inspect(data: bytes, format: Format) -> Inspection:
     Raises:
         actuator.failure.UnreadableSolid: if the bytes are no such file, or hold no triangle.
     """
+    # trimesh and manifold3d: only where a file is written or read.
+    import trimesh
+
+    from actuator.geometry.solid import component_volumes, rounded
+
     mesh = _decode(data, format)
     surface = rounded(mesh.vertices, mesh.faces)
     if not len(surface.triangles):
@@ -168,6 +176,8 @@ def inspect(data: bytes, format: Format) -> Inspection:
 
 
 def _encode(vertices: Floats, triangles: Ints, format: Format) -> bytes:
+    import trimesh  # as in inspect
+
     mesh = trimesh.Trimesh(vertices, triangles, process=False)
     mesh.units = "millimeters"
     data = mesh.export(file_type=format)
@@ -177,6 +187,8 @@ def _encode(vertices: Floats, triangles: Ints, format: Format) -> bytes:
 
 
 def _decode(data: bytes, format: Format) -> trimesh.Trimesh:
+    import trimesh  # as in inspect
+
     try:
         mesh = trimesh.load_mesh(io.BytesIO(data), file_type=format, process=False)
     except Exception as error:  # trimesh raises whatever its parsers meet

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from actuator.domain import HalfCylinder
 from actuator.failure import EmptySolid
-from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
 from actuator.geometry.zero_set import check_field, reflected, solid_boundary
 from stages.events import Message, Observer, silent
 from stages.settings import Section
+
+if TYPE_CHECKING:
+    from actuator.domain import HalfCylinder
 
 VERSION = 1
 
@@ -57,6 +59,8 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
         actuator.failure.InvalidField: if χ has the wrong size or is not finite.
         actuator.failure.EmptySolid: if χ is nowhere above the threshold.
     """
+    from actuator.geometry.tetrahedra import outer_triangles, tetrahedra  # scikit-fem: only where it runs
+
     check_field(chi, domain.mesh.nvertices)
     if not np.any(chi > settings.threshold):
         raise EmptySolid(

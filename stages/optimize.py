@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 from pydantic import Field
 
-from actuator.domain import Floats, HalfCylinder
-from actuator.initial_design import initial_design
-from actuator.linear import SolverName
-from actuator.optimiser.loop import Optimiser, Outcome, Progress
-from actuator.reduced import ReducedObjective, spring_elongation
+from actuator.solver_name import SolverName
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.settings import ProblemSettings, Section
+
+if TYPE_CHECKING:
+    from actuator.domain import Floats, HalfCylinder
+    from actuator.optimiser.loop import Outcome, Progress
+    from actuator.reduced import ReducedObjective
 
 VERSION = 1
 
@@ -27,7 +27,7 @@ class OptimizerSettings(Section):
     max_updates: int = Field(200, ge=0, description="most design updates [-]")
     stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
-    adjoint_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the adjoint [-]")
+    adjoint_tolerance: float = Field(1.0e-10, gt=0, lt=1, description="relative residual of the adjoint [-]")
     first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
 
 
@@ -94,6 +94,13 @@ def run(
         actuator.state.NoState: if the initial design has no state.
         actuator.failure.SolveFailure: if a linear solve fails its check.
     """
+    # The whole model, and numba with it: only where it runs.
+    import numba
+
+    from actuator.initial_design import initial_design
+    from actuator.optimiser.loop import Optimiser
+    from actuator.reduced import ReducedObjective
+
     compute = compute or Compute()
     numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
     optimizer, domain = settings.optimizer, settings.domain.build()
@@ -129,6 +136,8 @@ def run(
 def _result(
     domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
 ) -> Result:
+    from actuator.reduced import spring_elongation  # as in run
+
     progress, at = outcome.progress, outcome.progress.evaluation
     history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}
     p, elongation = at.state.p, spring_elongation(objective.equilibrium.kinematics, at.state)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from pydantic import BaseModel, ConfigDict, Field
 
-from actuator.domain import HalfCylinder
 from actuator.parameters import Load, Material, Objective
+
+if TYPE_CHECKING:
+    from actuator.domain import HalfCylinder
 
 
 class Section(BaseModel):
@@ -25,6 +29,8 @@ class DomainSettings(Section):
 
     def build(self) -> HalfCylinder:
         """The meshed domain."""
+        from actuator.domain import HalfCylinder  # scikit-fem: only where a mesh is wanted
+
         return HalfCylinder(self.radius, self.length, self.core_cells, self.rings, self.layers)
 
 

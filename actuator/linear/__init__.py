@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from numpy.typing import ArrayLike
 
 from actuator.failure import SolveFailure
@@ -12,8 +10,7 @@ from actuator.linear.gmres import KrylovResult, gmres
 from actuator.linear.interface import DEFAULT_CHECK, DirectSolver, Precision, Statistics
 from actuator.linear.pardiso import PardisoSolver
 from actuator.linear.superlu import SuperLUSolver
-
-SolverName = Literal["auto", "pardiso", "superlu"]
+from actuator.solver_name import SolverName
 
 __all__ = [
     "DEFAULT_CHECK",

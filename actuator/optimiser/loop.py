@@ -14,13 +14,13 @@ from time import perf_counter
 import numpy as np
 
 from actuator.domain import Floats
+from actuator.failure import SolveFailure
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model
 from actuator.optimiser.stationarity import stationarity
 from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective
-from actuator.state import NoState
 
 #: Most exact products per update, and how well model and truth must agree along the step.
 MAX_PRODUCTS = 3
@@ -32,8 +32,10 @@ SHRINK, SHORTEN, WIDEN, GROW = 0.5, 0.3, 1.3, 2.0
 BINDING = 0.05
 #: Step lengths along the inner solution at which the predicted state is tried.
 LENGTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)
-#: Δt relative to its first value below which no step is worth trying.
-SMALLEST_STEP = 1e-4
+#: The search ends where Δt has shrunk to this part of its first value and χ would change by no more than this.
+SMALLEST_STEP, SMALLEST_CHANGE = 1e-4, 1e-5
+#: Counts of work that the history holds.
+COUNTS = ("newton", "krylov", "products", "factorisations")
 
 Record = dict[str, float]
 
@@ -110,7 +112,13 @@ class Optimiser:
     ) -> None:
         self.objective = objective
         self.first_step, self.tolerance, self.product_tolerance = first_step, tolerance, product_tolerance
-        self.metric = Metric(objective.discretisation, objective.objective.diffusivity_length, objective.design.gather)
+        self.metric = Metric(
+            objective.discretisation,
+            objective.objective.diffusivity_length,
+            objective.design.gather,
+            solver=objective.equilibrium.solver,
+            threads=objective.equilibrium.threads,
+        )
         self._inner = InnerProblem(objective, self.metric)
 
     # -------------------------------------------------------------------- start
@@ -156,6 +164,9 @@ class Optimiser:
         columns = _part(arrays, "history.")
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
+        work = self.objective.equilibrium.work
+        for key in COUNTS:  # go on counting where the history ends
+            setattr(work, key, int(history[-1][key]))
         return Progress(evaluation, gradient, dt, curvature, history, int(evaluations), seconds)
 
     # --------------------------------------------------------------------- loop
@@ -187,8 +198,11 @@ class Optimiser:
         # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
         self.objective.equilibrium.refresh()
         model = Model(self.objective, old, progress.gradient, progress.curvature)
-        while progress.dt >= SMALLEST_STEP * self.first_step:
+        while True:
             candidate = self._candidate(progress, model)
+            small = float(np.abs(candidate.delta).max()) < SMALLEST_CHANGE
+            if small and progress.dt < SMALLEST_STEP * self.first_step:
+                return False
             trial = self._predict(old, model, candidate) if candidate.model_change < 0.0 else None
             if trial is None:
                 progress.dt *= SHRINK
@@ -197,7 +211,7 @@ class Optimiser:
             progress.evaluations += 1
             try:
                 new = self.objective.evaluate(old.chi + delta, trial.start)
-            except NoState:
+            except SolveFailure:  # no state, or too close to a limit point for the linear solves
                 progress.dt *= SHRINK * trial.length
                 continue
             ratio = (new.value - old.value) / trial.change
@@ -213,7 +227,6 @@ class Optimiser:
             progress.seconds += perf_counter() - began
             progress.history.append(self._record(progress, used))
             return True
-        return False
 
     def _candidate(self, progress: Progress, model: Model) -> _Candidate:
         """Inner solution along which the model knows state and curvature."""
@@ -256,10 +269,7 @@ class Optimiser:
             "stationarity": stationarity(at, progress.gradient, self.metric),
             "energy_ratio": at.energy_ratio,
             "steepest": at.design.steepest,
-            "newton": float(work.newton),
-            "krylov": float(work.krylov),
-            "products": float(work.products),
-            "factorisations": float(work.factorisations),
+            **{key: float(getattr(work, key)) for key in COUNTS},
             "seconds": progress.seconds,
         }
 

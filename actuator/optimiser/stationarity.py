@@ -11,7 +11,7 @@ def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> 
 
     The unit is a step δ with δᵀ M δ = |Ω|: a uniform change of χ by one, or a rougher one that is as large in the
     norm of C_t (Eq. 14). As a dual norm it does not depend on the mesh as one of nodal values would; the sum of the
-    terms' magnitudes makes it independent of units and is never zero.
+    terms' magnitudes makes it independent of units.
     """
     scale = sum(abs(value) for value in evaluation.terms.values())
-    return float(metric.volume) ** 0.5 * metric.dual_norm(gradient.total) / scale
+    return float(metric.volume) ** 0.5 * metric.dual_norm(gradient.total) / (scale or 1.0)

@@ -1,0 +1,64 @@
+"""The README against the program: its commands run as they stand, and its tables are the program's."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+from command_line import TINY, Poro
+
+from pipeline.case import Case
+from pipeline.exit_codes import ExitCode
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+
+
+def commands() -> list[list[str]]:
+    """The words of every call of the program in the blocks of shell commands."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    lines = [shlex.split(line, comments=True) for block in blocks for line in block.splitlines()]
+    return [words[1:] for words in lines if words and words[0] == "poro"]
+
+
+def table(heading: str) -> dict[str, str]:
+    """First two columns of the table under a heading."""
+    rows = re.search(rf"^\| {heading} \|.*\n\|.*\n((?:\|.*\n)+)", README, flags=re.MULTILINE)
+    assert rows, heading
+    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows[1].splitlines()]
+    return {cell[0]: cell[1] for cell in cells}
+
+
+def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
+    """In order and in one folder, with a tiny case of the name of the shipped one."""
+    (tmp_path / "outputs").mkdir()
+    (tmp_path / "case14.yaml").write_text(TINY + "export: {scale: 1.5}\n")
+    called = commands()
+    assert len(called) > 10
+    for words in called:
+        ended = poro(*words, *(["--threads", 1] if words[0] in ("run", "optimize") else []))
+        assert ended.code == ExitCode.OK, shlex.join(words) + "\n" + ended.err
+    found = {path.name for path in (tmp_path / "outputs").iterdir()}
+    promised = {name.replace("NAME", "case14") for row in table("file") for name in re.findall(r"`(NAME[^`]*)`", row)}
+    # The optimisation has ended, so that nothing of one under way is left.
+    assert promised - found == {"case14.checkpoint.h5"}
+    assert (tmp_path / "case14.vtu").exists()
+
+
+def test_exit_codes_are_those_of_the_program() -> None:
+    listed = {int(code): meaning for code, meaning in table("exit code").items()}
+    assert set(listed) == {int(code) for code in ExitCode}
+    for code in ExitCode:
+        assert re.findall(r"\w+", listed[code]) == re.findall(r"\w+", code.meaning), code
+
+
+def test_sections_are_those_of_a_case_file() -> None:
+    listed = {name for row in table("section") for name in re.findall(r"`(\w+)`", row)}
+    assert listed == set(Case.model_fields)
+
+
+def test_links_lead_somewhere() -> None:
+    root = Path(__file__).parent.parent
+    targets = [target for target in re.findall(r"\]\(([^)]+)\)", README) if "://" not in target]
+    assert targets
+    assert [target for target in targets if not (root / target).exists()] == []

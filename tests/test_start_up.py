@@ -1,0 +1,64 @@
+"""Commands that compute nothing load nothing that computes: importing all of it takes seconds.
+
+Times depend on the machine, so what is looked at is the interpreter's own list of what it imported.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import TINY
+
+NUMERICS = {"numba", "scipy", "skfem", "trimesh", "manifold3d", "networkx"}
+PICTURES = {"pyvista", "vtkmodules", "matplotlib", "PIL"}
+FILES = {"h5py", "meshio"}
+HEAVY = NUMERICS | PICTURES | FILES
+
+
+def packages_of(folder: Path, *arguments: str) -> set[str]:
+    """Packages that a command line imports, in a process of its own, with ``folder`` as the working folder."""
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    ended = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "pipeline.cli", *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr[-2000:]
+    assert ended.stdout
+    modules = [line.rpartition("|")[2].strip() for line in ended.stderr.splitlines() if line.startswith("import time:")]
+    return {module.partition(".")[0] for module in modules}
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
+def test_help_loads_neither_settings_nor_numerics(arguments: list[str], tmp_path: Path) -> None:
+    found = packages_of(tmp_path, *arguments)
+    assert "typer" in found
+    assert not found & (HEAVY | {"numpy", "yaml", "actuator", "stages"})
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["run", "tiny.yaml", "--dry-run"], ["run", "tiny.yaml", "--dry-run", "--explain"], ["status", "tiny.yaml"]],
+)
+def test_planning_loads_the_settings_but_not_the_numerics(arguments: list[str], tmp_path: Path) -> None:
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    found = packages_of(tmp_path, *arguments)
+    assert {"pydantic", "stages"} <= found
+    assert not found & HEAVY
+
+
+def test_schema_loads_no_numerics(tmp_path: Path) -> None:
+    found = packages_of(tmp_path, "schema")
+    assert {"pydantic", "stages"} <= found
+    assert not found & HEAVY
+
+
+def test_status_of_a_finished_case_loads_only_what_reads_artifacts(folder: Path) -> None:
+    assert packages_of(folder, "status", "tiny.yaml", "--output", ".") & HEAVY == {"h5py"}
