@@ -20,8 +20,10 @@ import logging
 import pstats
 import resource
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numba
 import numpy as np
@@ -30,6 +32,7 @@ import scipy.sparse as sp
 from actuator.domain import Floats
 from actuator.initial_design import initial_design
 from actuator.linear import DirectSolver, make_solver
+from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.loop import Optimiser, Progress
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.state import Equilibrium, State
@@ -118,11 +121,14 @@ def main() -> None:
         ("    per evaluation", ", ".join(f"{value:.1f} {name}" for name, value in zip(names, per, strict=True)))
     )
     rows.append(("whole run per update", f"{total / updates:.1f} s"))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     for part, seconds in _shares(profile).items():
         rows.append((f"    share of {part}", f"{100 * seconds / total:.1f} %"))
+    for name, function in (("the inner problem", InnerProblem.solve), ("Hessian products", ReducedObjective.product)):
+        rows.append((f"    share within {name}", f"{100 * _within(profile, function) / total:.1f} %"))
     for name, state in (("initial", first.state), ("last", progress.evaluation.state)):
         rows += _factorisations(objective.equilibrium, state, name, warm, options)
-    rows.append(("peak memory", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GiB"))
+    rows.append(("peak memory of the run, without (a) and (b)", f"{peak:.2f} GiB"))
     rows.append(("C, C0 at the end", f"{progress.evaluation.value:.6f}, {progress.evaluation.terms['C0']:.6f}"))
     path = Path(__file__).parent / "results" / f"evaluation-{options.case}-{options.solver}.md"
     path.parent.mkdir(exist_ok=True)
@@ -189,6 +195,13 @@ def _shares(profile: cProfile.Profile) -> dict[str, float]:
         else:
             shares["other compiled code" if compiled else "Python outside compiled code"] += own
     return dict(shares)
+
+
+def _within(profile: cProfile.Profile, function: Callable[..., Any]) -> float:
+    """Seconds spent in a function and everything it calls."""
+    code = function.__code__
+    key = (code.co_filename, code.co_firstlineno, code.co_name)
+    return float(pstats.Stats(profile).stats[key][3])  # type: ignore[attr-defined]
 
 
 if __name__ == "__main__":
