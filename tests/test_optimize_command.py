@@ -76,11 +76,11 @@ def test_folder_that_cannot_be_made_is_refused(folder: Path, poro: Poro) -> None
     assert "--output" in ended.err
 
 
-def _started(folder: Path, updates: int) -> subprocess.Popen[str]:
+def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "pipeline.cli", "optimize", "tiny.yaml", "--threads", "1"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     return subprocess.Popen(
-        [*command, "--output", ".", "--updates", str(updates)],
+        [*command, "--output", output, "--updates", str(updates)],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,
@@ -91,12 +91,13 @@ def _started(folder: Path, updates: int) -> subprocess.Popen[str]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
-def test_interrupted_optimisation_continues_to_the_same_place(
-    number: signal.Signals, tmp_path: Path, poro: Poro
-) -> None:
+def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
+    # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
     updates = 4
     (tmp_path / "tiny.yaml").write_text(TINY)
-    assert poro("optimize", "tiny.yaml", "--output", "whole", "--updates", updates, "--threads", 1).code == 0
+    undisturbed = _started(tmp_path, updates, "whole")
+    undisturbed.communicate(timeout=300)
+    assert undisturbed.returncode == ExitCode.OK
     process = _started(tmp_path, updates)
     checkpoint = tmp_path / "tiny.checkpoint.h5"
     deadline = time.monotonic() + 120.0
@@ -110,14 +111,15 @@ def test_interrupted_optimisation_continues_to_the_same_place(
     assert 1 <= stored < updates
     assert not (tmp_path / "tiny.h5").exists()
 
-    ended = poro("optimize", "tiny.yaml", "--output", ".", "--updates", updates, "--threads", 1)
-    assert ended.code == ExitCode.OK
-    assert f"after design update {stored}" in ended.err
+    continuing = _started(tmp_path, updates)
+    _, said = continuing.communicate(timeout=300)
+    assert continuing.returncode == ExitCode.OK
+    assert f"after design update {stored}" in said
     assert not checkpoint.exists()
     whole, continued = (
-        artifact.read(Path(path), "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
+        artifact.read(tmp_path / path, "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
     )
-    np.testing.assert_allclose(continued, whole, atol=1e-6)
+    np.testing.assert_allclose(continued, whole, rtol=1e-5, atol=1e-6)
 
 
 def _stored(checkpoint: Path) -> int:

@@ -108,7 +108,7 @@ class Optimiser:
         *,
         first_step: float = 100.0,
         tolerance: float = 1e-3,
-        product_tolerance: float = 1e-4,
+        product_tolerance: float = 1e-8,
     ) -> None:
         self.objective = objective
         self.first_step, self.tolerance, self.product_tolerance = first_step, tolerance, product_tolerance
