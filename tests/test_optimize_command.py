@@ -92,9 +92,12 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
-    # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
+    # Every run is a process of its own, as a user's are: what else this process has loaded must not matter. The mesh
+    # is a little finer than the tiny one, whose leak is so stiff that rounding decides where a run goes.
     updates = 4
-    (tmp_path / "tiny.yaml").write_text(TINY)
+    (tmp_path / "tiny.yaml").write_text(
+        TINY.replace("core_cells: 2", "core_cells: 3").replace("rings: 1", "rings: 2").replace("layers: 3", "layers: 4")
+    )
     undisturbed = _started(tmp_path, updates, "whole")
     undisturbed.communicate(timeout=300)
     assert undisturbed.returncode == ExitCode.OK
