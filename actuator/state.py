@@ -336,7 +336,7 @@ class Equilibrium:
             matvec, right, precondition=precondition, tolerance=target, x0=x0, max_iterations=limit, restart=limit
         )
         self.work.krylov += result.iterations
-        if not result.converged and not self._fresh:
+        if result.relative_residual > tolerance and not self._fresh:
             self._factorise()
             result = gmres(
                 matvec,
@@ -349,7 +349,7 @@ class Equilibrium:
             )
             self.work.krylov += result.iterations
         self._fresh = False
-        if not result.converged:
+        if result.relative_residual > tolerance:
             raise SolveFailure(
                 f"A coupled linear solve stopped at a relative residual of {result.relative_residual:.1e} instead of "
                 f"{tolerance:.1e}: the state is close to a limit point or the tolerance beyond what double precision "
