@@ -9,11 +9,12 @@ def _separate_kernel_cache() -> None:
     """Keep compiled kernels apart by the text they were compiled from.
 
     numba looks only at the file a kernel stands in, not at those whose functions it inlines, and would go on using
-    kernels with an old material law. A folder named by all sources cannot be stale. Who sets NUMBA_CACHE_DIR himself
-    is obeyed.
+    kernels with an old material law. A folder named by all files that hold compiled functions cannot be stale. Who
+    sets NUMBA_CACHE_DIR himself is obeyed.
     """
     here = Path(__file__).parent
-    text = b"".join(file.read_bytes() for file in sorted(here.glob("*.py")))
+    sources = (file.read_bytes() for file in sorted(here.glob("*.py")))
+    text = b"".join(source for source in sources if b"from numba import" in source)
     folder = here / "__pycache__" / f"kernels-{hashlib.sha256(text).hexdigest()[:16]}"
     os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
 
