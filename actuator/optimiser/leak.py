@@ -9,7 +9,7 @@ import numpy as np
 from actuator.assembly import scatter_vector
 from actuator.domain import Floats
 from actuator.reduced import TINY, ReducedObjective
-from actuator.tangent_kernels import darcy_design_derivative, darcy_metric, darcy_product, darcy_tangent
+from actuator.tangent_kernels import darcy_design_derivative, darcy_metric, darcy_product
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,7 @@ class FrozenLeak:
     def __call__(self, chi: Floats) -> LeakPoint:
         """Evaluate at a design; its Darcy matrix stays factorised for :meth:`product`."""
         equilibrium = self._equilibrium
-        darcy_tangent(self._geometry, equilibrium.source, self._c, chi, self._metric, self._elements)
-        equilibrium.frozen_darcy_solver.factorise(equilibrium.tangent.darcy.data(self._elements.ravel()))
-        equilibrium.work.darcy_factorisations += 1
+        equilibrium.factorise_flow(chi, self._metric, self._elements)
         p = equilibrium.frozen_darcy_solver.solve(self._load)
         drive = self._weight @ p
         adjoint = equilibrium.frozen_darcy_solver.solve(-drive)
