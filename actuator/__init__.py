@@ -20,3 +20,5 @@ def _separate_kernel_cache() -> None:
 
 
 _separate_kernel_cache()
+# Two OpenMP libraries take turns here, numba's and MKL's. Idle threads of the one must not spin while the other works.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")

@@ -67,7 +67,7 @@ class Kinematics:
         """Transpose of :meth:`variation`: reduced forces of nodal forces (n_nodes, 3)."""
         reduced = np.empty(self.size, dtype=np.result_type(x, nodal))
         reduced[:-3] = nodal.ravel()[self._free]
-        reduced[-3:] = np.einsum("nik,ni->k", self.tip_directions(x[-1]), nodal[self.tip])
+        reduced[-3:] = self.tip_directions(x[-1]).reshape(-1, 3).T @ nodal[self.tip].ravel()
         return reduced
 
     def second_variation(self, x: Floats, nodal: Floats) -> Floats:

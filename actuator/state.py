@@ -168,6 +168,19 @@ class Equilibrium:
         residual(self.geometry, self.source, self.coefficients, *fields, False, Ru, Rp)
         return scatter_vector(Rp, self.geometry.cells, len(p))
 
+    def tip_forces(self, chi: Floats, x: Floats, p: Floats) -> Floats:
+        """Nodal residual forces (n_nodes, 3) from the last layer of cells alone, which is all that acts on Γ; N."""
+        geometry, kind = self.geometry, np.result_type(chi, x, p)
+        tip = slice(len(geometry.cells) - self.domain.section_cells, None)
+        part = geometry._replace(
+            cells=geometry.cells[tip], node_cells=geometry.node_cells[tip], section=geometry.section[tip]
+        )
+        Ru, Rp = np.empty((len(part.cells), 20, 3), kind), np.empty((len(part.cells), 8), kind)
+        u = self.kinematics.displacement(x).astype(kind, copy=False)
+        fields = chi.astype(kind, copy=False), u, p.astype(kind, copy=False)
+        residual(part, self.source, self.coefficients, *fields, True, Ru, Rp)
+        return scatter_vector(Ru, part.node_cells, len(u))
+
     def _evaluate(self, chi: Floats, x: Floats, p: Floats) -> _Residual:
         rx, rp, nodal, lowest = self.residual(chi, x, p)
         norm = np.inf if lowest <= 0.0 else self._norm(rx, rp)

@@ -91,23 +91,35 @@ class Tangent:
         pu, pp = self._pu[0].reshape(n_cells, 8, 20, 3), self._pp_buffer
         tangent(self._geometry, source, c, chi, u, p, uu, up, pu, pp)
 
-        # u of Γ follows T: contract the cells at the tip with ∂u/∂T.
-        directions = np.zeros((n_tip, 20, 3, 3))
-        on_tip = self._tip_local >= 0
-        directions[on_tip] = kinematics.tip_directions(float(x[-1]))[self._tip_local[on_tip]]
-        flat = directions.reshape(n_tip, 60, 3)
+        flat = self._tip_directions(x)
         arm = _unpack(uu[self._tip_cells]) @ flat
         self._uu[1][:] = arm.ravel()
-        corner = np.einsum("nik,nil->kl", flat, arm) + kinematics.spring_tangent(x)
+        corner = flat.reshape(-1, 3).T @ arm.reshape(-1, 3) + kinematics.spring_tangent(x)
         corner[2, 2] += kinematics.second_variation(x, nodal)
         self._uu[2][:] = corner.ravel()
-        self._up[1][:] = np.einsum("nik,nip->nkp", flat, up[self._tip_cells].reshape(n_tip, 60, 8)).ravel()
+        self._up[1][:] = (flat.transpose(0, 2, 1) @ up[self._tip_cells].reshape(n_tip, 60, 8)).ravel()
         self._pu[1][:] = (pu[self._tip_cells].reshape(n_tip, 8, 60) @ flat).ravel()
 
         self.mechanics.data(self._buffer_xx, self._xx_data)
         self._xp.data(self._buffer_xp, self._xp_data)
         self._px.data(self._buffer_px, self._px_data)
         self.darcy.data(pp.ravel(), self._pp_data)
+
+    def _tip_directions(self, x: Floats) -> Floats:
+        """∂u/∂T in the cells at the tip, (n_tip_cells, 60, 3): u of Γ follows T."""
+        directions = np.zeros((len(self._tip_cells), 20, 3, 3))
+        on_tip = self._tip_local >= 0
+        directions[on_tip] = self._kinematics.tip_directions(float(x[-1]))[self._tip_local[on_tip]]
+        return directions.reshape(-1, 60, 3)
+
+    def force_block(self, elements: Floats, x: Floats) -> sp.csr_array:
+        """Assemble derivatives of forces with respect to a vertex field, as K_xp: (n_x, n_vertices).
+
+        Args:
+            elements: (n_cells, 20, 3, 8).
+        """
+        arm = self._tip_directions(x).transpose(0, 2, 1) @ elements[self._tip_cells].reshape(-1, 60, 8)
+        return self._xp.matrix(self._xp.data(np.concatenate([elements.ravel(), arm.ravel()])))
 
     def multiply(self, dx: Floats, dp: Floats) -> tuple[Floats, Floats]:
         """Tangent times (dx, dp)."""

@@ -153,50 +153,50 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def darcy_design_derivative(geometry, c, chi, metric, p, lp, g_chi):
-    """Derivative of Λ_p·R_p with respect to χ for frozen u, (n_cells, 8)."""
+def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
+    """Derivatives of the element residuals of :func:`actuator.kernels.residual` with respect to χ.
+
+    Args:
+        Kuc: result, (n_cells, 20, 3, 8), N.
+        Kpc: result, (n_cells, 8, 8), mm³/s; not symmetric.
+    """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
         s = geometry.section[e]
-        vertices = geometry.cells[e]
-        g, h = np.empty(3, p.dtype), np.empty(3, p.dtype)
-        for a in range(8):
-            g_chi[e, a] = 0.0
+        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
+        F, Finv, b, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        g, w, v = np.empty(3), np.empty(3), np.empty(3)
+        Kuc[e] = 0.0
+        Kpc[e] = 0.0
         for q in range(n_q):
+            dx = geometry.volume[s, q]
+            deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
+            J = inverse(F, Finv)
             x = interpolate(chi, vertices, geometry.shape[q])
+            pressure = interpolate(p, vertices, geometry.shape[q])
+            trace = left_cauchy_green(F, b)
+            log_J = np.log(J)
+            rate = dx * stiffness(x, c)[1]
+            G = rate * c.shear * np.exp(-2.0 / 3.0 * log_J)
+            for i in range(3):
+                for j in range(3):
+                    b[i, j] *= G
+                b[i, i] += rate * c.bulk * log_J - G * trace / 3.0
+            for i in range(3):
+                for k in range(3):
+                    P[i, k] = b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2]
+            for a in range(20):
+                grad = geometry.gradient20[s, q, a]
+                for i in range(3):
+                    force = P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
+                    for d in range(8):
+                        Kuc[e, a, i, d] += force * geometry.shape[q, d]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
-            vertex_gradient(lp, vertices, geometry.gradient[s, q], h)
-            t = metric[e, q]
-            flow = (
-                h[0] * (t[0] * g[0] + t[5] * g[1] + t[4] * g[2])
-                + h[1] * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
-                + h[2] * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
-            )
-            product = interpolate(p, vertices, geometry.shape[q]) * interpolate(lp, vertices, geometry.shape[q])
-            value = permeability(x, c)[1] * flow + geometry.volume[s, q] * drainage(x, c)[1] * product
+            push(Finv, g, w)
+            kJ = permeability(x, c)[1] * J * dx
+            sink = dx * drainage(x, c)[1] * pressure
             for a in range(8):
-                g_chi[e, a] += value * geometry.shape[q, a]
-
-
-@njit(cache=True, parallel=True, fastmath=FAST)
-def darcy_product(geometry, source, c, chi, metric, p, Rp):
-    """The Darcy block for frozen u times p, per element (n_cells, 8); real or complex."""
-    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
-    for e in prange(n_cells):
-        s = geometry.section[e]
-        g = np.empty(3, p.dtype)
-        for a in range(8):
-            Rp[e, a] = 0.0
-        for q in range(n_q):
-            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            vertex_gradient(p, geometry.cells[e], geometry.gradient[s, q], g)
-            t = metric[e, q]
-            k = permeability(x, c)[0]
-            f0 = k * (t[0] * g[0] + t[5] * g[1] + t[4] * g[2])
-            f1 = k * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
-            f2 = k * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
-            pressure = interpolate(p, geometry.cells[e], geometry.shape[q])
-            sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0]) * pressure
-            for a in range(8):
-                d = geometry.gradient[s, q, a]
-                Rp[e, a] += f0 * d[0] + f1 * d[1] + f2 * d[2] + sink * geometry.shape[q, a]
+                push(Finv, geometry.gradient[s, q, a], v)
+                flow = kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]) + sink * geometry.shape[q, a]
+                for d in range(8):
+                    Kpc[e, a, d] += flow * geometry.shape[q, d]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import ReducedObjective
 
-VERSION = 1
+VERSION = 2
 
 
 class OptimizerSettings(Section):
@@ -28,6 +28,7 @@ class OptimizerSettings(Section):
     stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
     adjoint_tolerance: float = Field(1.0e-10, gt=0, lt=1, description="relative residual of the adjoint [-]")
+    max_products: int = Field(60, ge=1, description="most Hessian products of the model per design update [-]")
     first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
 
 
@@ -97,10 +98,13 @@ def run(
     # The whole model, and numba with it: only where it runs.
     import numba
 
+    from actuator.compilation import compile_kernels
     from actuator.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.reduced import ReducedObjective
 
+    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
+    compile_kernels()
     compute = compute or Compute()
     numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
     optimizer, domain = settings.optimizer, settings.domain.build()
@@ -115,13 +119,17 @@ def run(
         solver=compute.linear_solver,
         threads=compute.threads,
     )
-    optimiser = Optimiser(objective, first_step=optimizer.first_step, tolerance=optimizer.stationarity)
+    optimiser = Optimiser(
+        objective,
+        first_step=optimizer.first_step,
+        tolerance=optimizer.stationarity,
+        max_products=optimizer.max_products,
+    )
 
     def report(progress: Progress) -> None:
         checkpoint = partial(optimiser.checkpoint, progress)
         observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint))
 
-    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     if resume is None:
         start = initial_design(domain.points, domain.radius, limits.interface_width)
         progress = optimiser.begin(start)
@@ -158,7 +166,8 @@ def _result(
         "stationarity": progress.history[-1]["stationarity"],
         "updates": len(progress.history) - 1,
         "evaluations": progress.evaluations,
-        "seconds": progress.seconds,
+        "seconds": progress.history[-1]["seconds"],
+        "seconds_per_part": dict(progress.seconds),
         "converged": outcome.converged,
         "reason": outcome.reason,
     }

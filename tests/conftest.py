@@ -8,7 +8,14 @@ from pathlib import Path
 import pytest
 from command_line import TINY, Ended, Poro
 
+from actuator.compilation import compile_kernels
 from pipeline.cli import call
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kernels() -> None:
+    """Compiled before any test, as a user's run does."""
+    compile_kernels()
 
 
 @pytest.fixture

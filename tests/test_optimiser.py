@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,8 @@ from small_case import metric_of, small_objective, start_of
 
 from actuator.optimiser.loop import Optimiser, Outcome, Progress
 from actuator.optimiser.stationarity import stationarity
-from actuator.reduced import TERMS
+from actuator.reduced import TERMS, Evaluation
+from actuator.state import NoState
 
 UPDATES = 4
 
@@ -163,12 +164,29 @@ def test_run_ends_once_the_measure_is_reached(run: Run) -> None:
 # --------------------------------------------------------------------------------------------- refused steps
 
 
-def test_refused_steps_shorten_the_time_step_and_leave_a_sound_run() -> None:
-    """A first Δt that is far too large: designs are tried and refused before one is taken."""
-    loop, progress = begun(first_step=1000.0)
+@pytest.mark.parametrize("failure", ["no state", "no gain"])
+def test_refused_step_shortens_the_time_step_and_leaves_a_sound_run(
+    failure: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first candidate has no state, or turns out to be worse than promised."""
+    loop, progress = begun()
+    evaluate, tried = loop.objective.evaluate, []
+
+    def spoilt(chi: Floats, start: tuple[Floats, Floats] | None = None) -> Evaluation:
+        tried.append(chi)
+        if len(tried) > 1:
+            return evaluate(chi, start)
+        if failure == "no state":
+            raise NoState("Newton's method stalled.")
+        return replace(progress.evaluation, chi=chi)
+
+    monkeypatch.setattr(loop.objective, "evaluate", spoilt)
+    initial = progress.evaluation
     loop.run(progress, 2)
-    assert progress.evaluations > len(progress.history)
-    assert progress.history[1]["dt"] < 1000.0
+    assert progress.evaluations == len(progress.history) + 1
+    assert progress.history[1]["dt"] < loop.first_step
+    first, second = (np.abs(chi - initial.chi).max() for chi in tried[:2])
+    assert second < first
     values = [record["C"] for record in progress.history]
     assert values[0] > values[1] > values[2]
     fresh = small_objective().evaluate(progress.evaluation.chi)

@@ -15,6 +15,8 @@ from pathlib import Path
 _LP64 = 0
 _THREADING_INTEL = 0
 _THREADING_SEQUENTIAL = 1
+#: MKL_CBWR_AUTO: the fastest code for this processor, with an order of summation that does not change between runs.
+_REPRODUCIBLE = 2
 
 
 @cache
@@ -33,6 +35,8 @@ def load() -> ctypes.CDLL | None:
         openmp = any(directory.glob("libiomp5*"))
         library.MKL_Set_Interface_Layer(_LP64)
         library.MKL_Set_Threading_Layer(_THREADING_INTEL if openmp else _THREADING_SEQUENTIAL)
+        if "MKL_CBWR" not in os.environ:
+            library.MKL_CBWR_Set(_REPRODUCIBLE)
         return library
     return None
 

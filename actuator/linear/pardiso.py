@@ -30,6 +30,9 @@ _ERRORS = {
     -9: "there is not enough memory for the solution: solve fewer right-hand sides at once",
 }
 
+#: Partition of the work that gives the same factors, bit by bit, for any number of threads and in any run.
+REPRODUCIBLE_THREADS = 8
+
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 _PHASES = {_ANALYSE: "analysis", _FACTORISE: "factorisation", _SOLVE: "solve", _RELEASE: "release"}
 _CHOLESKY, _SYMMETRIC, _UNSYMMETRIC = 2, -2, 11
@@ -176,6 +179,7 @@ def _settings(kind: int, single: bool) -> NDArray[np.int32]:
     # the caller's matrix in double precision, or not at all where they only precondition.
     settings[20] = 3
     settings[27] = int(single)
+    settings[33] = REPRODUCIBLE_THREADS
     settings[34] = 1  # zero-based pattern
     return settings
 

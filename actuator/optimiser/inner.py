@@ -1,31 +1,35 @@
 """The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
-Newton's method with preconditioned conjugate gradients and a line search. No mechanical solve is needed.
+Newton's method with a trust region: preconditioned conjugate gradients up to its boundary (Steihaug 1983,
+doi:10.1137/0720042), and a search back along the path they took. No mechanical factorisation is needed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from actuator.domain import Floats
-from actuator.failure import SolveFailure
-from actuator.linear import DirectSolver
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
+from actuator.optimiser.preconditioner import Preconditioner
 from actuator.reduced import ReducedObjective
 from actuator.tangent import symmetric_product
 
-MAX_NEWTON = 15
+MAX_NEWTON = 60
 MAX_CG = 40
+GROW = 2.5
+#: Relative residual at which conjugate gradients stop.
+FORCING = 0.1
 #: Most corrections of the design Hessian by what lies ahead.
 LOOK_AHEAD = 4
-#: Backtracking: factor per trial, and the length at which a direction is given up. The leak grows exponentially as a
-#: wall thins, so that full steps often overshoot.
-SHRINK, SHORTEST = 0.4, 5e-3
+#: Search along the path: factor per trial and the length at which it is given up; share of the predicted decrease
+#: that is enough, and the one that lets the trust region grow.
+SHRINK, SHORTEST, ENOUGH, GOOD = 0.4, 1e-4, 0.1, 0.6
+#: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
+WINDOW, STALLED = 4, 0.05
 
 
 @dataclass(frozen=True)
@@ -33,69 +37,76 @@ class InnerStep:
     """Solution of the inner problem.
 
     Attributes:
-        delta: δ, (n_vertices,).
-        change: predicted change of the total objective, without the step term; not positive.
+        point: the model there.
+        change: predicted change of the total objective, without the step term; negative if a step was found.
         step_term: C_t of the step.
         newton, products: Newton steps and Hessian products it took.
     """
 
-    delta: Floats
+    point: ModelPoint
     change: float
     step_term: float
     newton: int
     products: int
+    radius: float
+
+
+@dataclass(frozen=True)
+class _Knot:
+    """A corner of the path of conjugate gradients: its norm, the step, S times it, and the quadratic's change."""
+
+    norm: float
+    step: Floats
+    dx: Floats
+    change: float
 
 
 class InnerProblem:
     """Solves the inner problems of one case; reuses the analysis of the preconditioner's pattern."""
 
     def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
-        self._gather, self._metric = objective.design.gather, metric
-        self._solver: DirectSolver = objective.equilibrium.design_solver
+        self._objective, self._metric = objective, metric
+        self._preconditioner = Preconditioner(objective.equilibrium.design_solver, metric, objective.design.gather)
 
-    def solve(self, model: Model, dt: float, tolerance: float = 0.02) -> InnerStep:
+    def solve(self, model: Model, dt: float, max_products: int, radius: float = np.inf) -> InnerStep:
         """Minimise from δ = 0.
 
         Args:
             dt: Δt.
-            tolerance: norm of the gradient left over, relative to that of what is modelled; both in the norm of the
-                preconditioner.
+            max_products: Hessian products after which the best step so far is returned.
         """
-        metric, solver = self._metric, self._solver
-        start = now = model(np.zeros(metric.size))
-        target, products, newton = None, 0, 0
-        while newton < MAX_NEWTON:
+        metric, preconditioner = self._metric, self._preconditioner
+        preconditioner.forget()
+        now = start = model.start()
+        gains, products, newton = [0.0], 0, 0
+
+        def value(at: ModelPoint) -> float:
+            return at.value + 0.5 * float(at.delta @ (metric @ at.delta)) / dt**2
+
+        while newton < MAX_NEWTON and products < max_products:
             newton += 1
-            gradient = now.gradient + metric @ now.delta / dt**2
-            hessian = self._look_ahead(model, now, gradient, dt)
-            z = solver.solve(gradient, check=None)
-            norm = _root(gradient @ z)
-            if target is None:
-                # What the mechanics asks for sets the precision, not a stiff term that is violated at the start.
-                asked = _root(model.linear @ solver.solve(model.linear, check=None))
-                target = tolerance * min(norm, asked or norm)
-            if norm <= target:
-                break
-            matrix = self._gather.matrix(hessian)
+            gradient = model.gradient(now) + metric @ now.delta / dt**2
+            hessian = self._objective.design.gather.matrix(self._look_ahead(now, gradient, dt))
 
-            def product(v: Floats, at: ModelPoint = now, upper=matrix) -> Floats:  # type: ignore[no-untyped-def]
-                return symmetric_product(upper, v) + metric @ v / dt**2 + model.product(at, v)
+            def product(v: Floats, at: ModelPoint = now, upper=hessian) -> tuple[Floats, Floats]:  # type: ignore[no-untyped-def]
+                physics, dx = model.product(at, v)
+                return physics + symmetric_product(upper, v) + metric @ v / dt**2, dx
 
-            forcing = max(0.5 * target / norm, min(0.1, np.sqrt(target / norm)))
-            step, used = _conjugate_gradients(product, gradient, z, solver, forcing)
+            path, used = _path(product, gradient, preconditioner, radius, min(MAX_CG, max_products - products))
             products += used
-
-            def value(at: ModelPoint) -> float:
-                return at.value + 0.5 * float(at.delta @ (metric @ at.delta)) / dt**2
-
-            found = _line_search(model, value, now, gradient, step) or _line_search(model, value, now, gradient, -z)
+            found = _search(model, value, now, path, min(radius, path[-1].norm))
             if found is None:
                 break
-            now = found
+            now, reached, quality = found
+            if reached < path[-1].norm or np.isfinite(radius):
+                radius = reached * (GROW if quality > GOOD else 1.2)
+            gains.append(value(start) - value(now))
+            if len(gains) > WINDOW and gains[-1] - gains[-1 - WINDOW] < STALLED * gains[-1]:
+                break
         step_term = 0.5 * float(now.delta @ (metric @ now.delta)) / dt**2
-        return InnerStep(now.delta, now.value - start.value, step_term, newton, products)
+        return InnerStep(now, now.value - start.value, step_term, newton, products, radius)
 
-    def _look_ahead(self, model: Model, now: ModelPoint, gradient: Floats, dt: float) -> Floats:
+    def _look_ahead(self, now: ModelPoint, gradient: Floats, dt: float) -> Floats:
         """Factorise the preconditioner and return the design Hessian it uses, data of the upper triangle.
 
         C_χ and C_i are walls that the Hessian at a point inside them does not show. A cheap step without the
@@ -103,68 +114,87 @@ class InnerProblem:
         """
         hessian, walls = now.design.hessian, now.design.passive + now.design.slope
         for _ in range(LOOK_AHEAD):
-            self._factorise(hessian, dt)
-            step = -self._solver.solve(gradient, check=None)
-            there = model.design(now.delta + step / max(1.0, float(np.abs(step).max())))
+            self._preconditioner.factorise(hessian, dt)
+            step = -self._preconditioner.plain(gradient)
+            there = self._objective.design(now.chi + step / max(1.0, float(np.abs(step).max())))
             if there.passive + there.slope <= 2.0 * walls + 1e-3 * abs(now.value):
                 return hessian
             hessian = 0.5 * (hessian + there.hessian)
-        self._factorise(hessian, dt)
+        self._preconditioner.factorise(hessian, dt)
         return hessian
 
-    def _factorise(self, hessian: Floats, dt: float) -> None:
-        """Factorise the design Hessian and the step metric, with more of the latter where C_A is too concave."""
-        upper = self._metric.upper
-        data = hessian + upper / dt**2
-        shift = 0.0
-        for _ in range(6):
-            try:
-                self._solver.factorise(data + shift * upper)
-            except SolveFailure:
-                shift = max(10.0 * shift, 0.1 / dt**2)
-                continue
-            return
-        self._solver.factorise(upper / dt**2)
+
+def _path(
+    product: Callable[[Floats], tuple[Floats, Floats]],
+    gradient: Floats,
+    preconditioner: Preconditioner,
+    radius: float,
+    limit: int,
+) -> tuple[list[_Knot], int]:
+    """Conjugate gradients from zero: up to ``radius``, along negative curvature, or to the forcing term.
+
+    The preconditioner learns the pairs it passed.
+    """
+    r, z = gradient, preconditioner.solve(gradient)
+    rz = float(r @ z)
+    target, d = FORCING**2 * rz, -z
+    path, pairs = [_Knot(0.0, np.zeros_like(r), np.zeros(0), 0.0)], []
+    used = 0
+    while used < limit:
+        hd, dx = product(d)
+        used += 1
+        last = path[-1]
+        before = last.dx if used > 1 else np.zeros_like(dx)
+        bend = float(d @ hd)
+        if bend <= 1e-10 * rz:
+            # Down to the boundary; without one, as far as χ changes by half at most or the path doubles.
+            length = preconditioner.norm(d)
+            end = radius if np.isfinite(radius) else max(2.0 * last.norm, 0.5 * length / float(np.abs(d).max()))
+            tau = max(end - last.norm, 0.5 * end) / length
+            change = last.change - tau * rz
+            path.append(_Knot(last.norm + tau * length, last.step + tau * d, before + tau * dx, change))
+            break
+        pairs.append((d, hd))
+        alpha = rz / bend
+        step = last.step + alpha * d
+        path.append(_Knot(preconditioner.norm(step), step, before + alpha * dx, last.change - 0.5 * alpha * rz))
+        r = r + alpha * hd
+        z = preconditioner.solve(r)
+        new = float(r @ z)
+        if new <= target or path[-1].norm >= radius:
+            break
+        d = -z + new / rz * d
+        rz = new
+    if pairs:
+        preconditioner.learn(pairs)
+    path[0] = _Knot(0.0, path[0].step, np.zeros_like(path[-1].dx), 0.0)
+    return path, used
 
 
-def _root(square: Any) -> float:
-    """Norm from its square, which rounding may have made negative."""
-    return float(np.sqrt(abs(square)))
+def _search(
+    model: Model, value: Callable[[ModelPoint], float], now: ModelPoint, path: list[_Knot], end: float
+) -> tuple[ModelPoint, float, float] | None:
+    """Back along the path from norm ``end`` to a point that is low enough.
 
-
-def _line_search(
-    model: Model, value: Callable[[ModelPoint], float], now: ModelPoint, gradient: Floats, step: Floats
-) -> ModelPoint | None:
-    """First point along a step with enough decrease (Armijo), or None."""
-    slope, start = float(gradient @ step), value(now)
-    length = 1.0
-    while length > SHORTEST:
-        trial = model(now.delta + length * step)
-        if value(trial) <= start + 1e-4 * length * slope:
-            return trial
-        length *= SHRINK
+    Returns the point, its norm, and truth over prediction there; None if nothing on the path is lower.
+    """
+    start, reached = value(now), end
+    while reached > SHORTEST * end:
+        step, dx, change = _at(path, reached)
+        trial = model(now.delta + step, now.dx + dx)
+        if trial is not None and value(trial) - start < ENOUGH * change:
+            return trial, reached, (value(trial) - start) / change
+        reached *= SHRINK
     return None
 
 
-def _conjugate_gradients(
-    product: Callable[[Floats], Floats], gradient: Floats, z: Floats, preconditioner: DirectSolver, forcing: float
-) -> tuple[Floats, int]:
-    """Step of truncated Newton (Nocedal & Wright 2006, Alg. 7.1): stops at negative curvature."""
-    x, r = np.zeros_like(gradient), gradient.copy()
-    d, rz = -z, float(gradient @ z)
-    target = forcing**2 * rz
-    for used in range(1, MAX_CG + 1):
-        hd = product(d)
-        bend = float(d @ hd)
-        if bend <= 0.0:
-            return (d if used == 1 else x), used
-        alpha = rz / bend
-        x += alpha * d
-        r += alpha * hd
-        z = preconditioner.solve(r, check=None)
-        new = float(r @ z)
-        if new <= target:
-            return x, used
-        d = -z + new / rz * d
-        rz = new
-    return x, MAX_CG
+def _at(path: list[_Knot], norm: float) -> tuple[Floats, Floats, float]:
+    """Step, S times it, and the quadratic's change where the path reaches a norm."""
+    index = next((i for i, knot in enumerate(path) if i and knot.norm >= norm), len(path) - 1)
+    a, b = path[index - 1], path[index]
+    share = min(1.0, (norm - a.norm) / (b.norm - a.norm)) if b.norm > a.norm else 1.0
+    return (
+        (1 - share) * a.step + share * b.step,
+        (1 - share) * a.dx + share * b.dx,
+        (1 - share) * a.change + (share * b.change),
+    )

@@ -1,8 +1,8 @@
 """The outer loop: design updates that each lower the total objective.
 
-Every update solves the inner problem for the current model, checks the model along the step by an exact
-Hessian-vector product and learns from it until model and truth agree, tests the predicted state at several step
-lengths, and only then pays for Newton's method. Δt is a trust region.
+Every update solves the inner problem for the Lagrangian along predicted states, which follows the true objective
+closely over large steps, and then pays for Newton's method and the adjoint at the new design. Δt is what holds back
+a model that promises too much.
 """
 
 from __future__ import annotations
@@ -15,27 +15,23 @@ import numpy as np
 
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
-from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.inner import InnerProblem
+from actuator.optimiser.inner import InnerProblem, InnerStep
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model
 from actuator.optimiser.stationarity import stationarity
-from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective
+from actuator.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.sensitivity import Sensitivity
 
-#: Most exact products per update, and how well model and truth must agree along the step.
-MAX_PRODUCTS = 3
-AGREEMENT = 0.1
-#: Thresholds and factors of the trust region, after Conn, Gould & Toint 2000, Alg. 6.1.1.
-ACCEPT, POOR, GOOD, VERY_GOOD = 0.01, 0.25, 0.5, 0.8
-SHRINK, SHORTEN, WIDEN, GROW = 0.5, 0.3, 1.3, 2.0
+#: Truth over prediction: least for a step to be taken, and what shrinks, keeps, widens and grows Δt.
+ACCEPT, POOR, GOOD, VERY_GOOD = 0.05, 0.25, 0.5, 0.8
+SHRINK, WIDEN, GROW = 0.4, 1.5, 3.0
 #: Share of the step term in the predicted change above which Δt is what limits the step.
-BINDING = 0.05
-#: Step lengths along the inner solution at which the predicted state is tried.
-LENGTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)
-#: The search ends where Δt has shrunk to this part of its first value and χ would change by no more than this.
-SMALLEST_STEP, SMALLEST_CHANGE = 1e-4, 1e-5
-#: Counts of work that the history holds.
+BINDING = 0.02
+#: The search ends where Δt has shrunk to this part of its first value.
+SMALLEST_STEP = 1e-8
+#: Counts of work that the history holds, and the parts that seconds are booked on.
 COUNTS = ("newton", "krylov", "products", "factorisations")
+PARTS = ("state", "adjoint", "inner")
 
 Record = dict[str, float]
 
@@ -46,20 +42,21 @@ class Progress:
 
     Attributes:
         evaluation, gradient: of the last accepted design.
-        dt: Δt of the next update.
-        curvature: what has been learnt of the mechanics.
+        dt, radius: Δt and trust region of the next update.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
-        seconds: spent so far, over all sessions.
+        inner: Newton steps of all inner problems.
+        seconds: computing time of each of :data:`PARTS`.
     """
 
     evaluation: Evaluation
     gradient: Gradient
     dt: float
-    curvature: Curvature
+    radius: float = np.inf
     history: list[Record] = field(default_factory=list)
     evaluations: int = 1
-    seconds: float = 0.0
+    inner: int = 0
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(PARTS, 0.0))
 
 
 @dataclass(frozen=True)
@@ -77,21 +74,6 @@ class Outcome:
     reason: str
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    delta: Floats
-    model_change: float
-    bound: bool
-    product: Product
-
-
-@dataclass(frozen=True)
-class _Trial:
-    length: float
-    change: float
-    start: tuple[Floats, Floats]
-
-
 class Optimiser:
     """Lowers a reduced objective from an initial design.
 
@@ -99,7 +81,7 @@ class Optimiser:
         objective: the case.
         first_step: Δt of the first update.
         tolerance: stationarity at which the optimisation is converged.
-        product_tolerance: relative residual of the solves in Hessian-vector products.
+        max_products: most Hessian products of the model per inner problem.
     """
 
     def __init__(
@@ -108,10 +90,10 @@ class Optimiser:
         *,
         first_step: float = 100.0,
         tolerance: float = 1e-3,
-        product_tolerance: float = 1e-8,
+        max_products: int = 60,
     ) -> None:
         self.objective = objective
-        self.first_step, self.tolerance, self.product_tolerance = first_step, tolerance, product_tolerance
+        self.first_step, self.tolerance, self.max_products = first_step, tolerance, max_products
         self.metric = Metric(
             objective.discretisation,
             objective.objective.diffusivity_length,
@@ -120,6 +102,7 @@ class Optimiser:
             threads=objective.equilibrium.threads,
         )
         self._inner = InnerProblem(objective, self.metric)
+        self._sensitivity = Sensitivity(objective.equilibrium)
 
     # -------------------------------------------------------------------- start
 
@@ -129,11 +112,12 @@ class Optimiser:
         Raises:
             actuator.state.NoState: if it has no state.
         """
-        began = perf_counter()
+        clock = _Clock()
         evaluation = self.objective.evaluate(chi)
+        clock.lap("state")
         gradient = self.objective.gradient(evaluation)
-        progress = Progress(evaluation, gradient, self.first_step, Curvature(self.metric))
-        progress.seconds = perf_counter() - began
+        clock.lap("adjoint")
+        progress = Progress(evaluation, gradient, self.first_step, seconds=clock.parts)
         progress.history.append(self._record(progress, 0.0))
         return progress
 
@@ -148,8 +132,7 @@ class Optimiser:
             "adjoint_x": progress.gradient.adjoint[0],
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
-            "scalars": np.array([progress.dt, progress.evaluations, progress.seconds]),
-            **{f"curvature.{key}": value for key, value in progress.curvature.arrays().items()},
+            "scalars": np.array([progress.dt, progress.radius]),
             **columns,
         }
 
@@ -158,16 +141,17 @@ class Optimiser:
         evaluation = self.objective.evaluate(np.array(arrays["chi"]), (np.array(arrays["x"]), np.array(arrays["p"])))
         adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
         gradient = Gradient(np.array(arrays["gradient"]), adjoint)
-        curvature = Curvature(self.metric)
-        curvature.restore(_part(arrays, "curvature."))
-        dt, evaluations, seconds = (float(v) for v in arrays["scalars"])
+        dt, radius = (float(v) for v in arrays["scalars"])
         columns = _part(arrays, "history.")
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
-        work = self.objective.equilibrium.work
+        last, work = history[-1], self.objective.equilibrium.work
         for key in COUNTS:  # go on counting where the history ends
-            setattr(work, key, int(history[-1][key]))
-        return Progress(evaluation, gradient, dt, curvature, history, int(evaluations), seconds)
+            setattr(work, key, int(last[key]))
+        seconds = {part: last[f"seconds_{part}"] for part in PARTS}
+        return Progress(
+            evaluation, gradient, dt, radius, history, int(last["evaluations"]), int(last["inner"]), seconds
+        )
 
     # --------------------------------------------------------------------- loop
 
@@ -193,67 +177,47 @@ class Optimiser:
 
     def _update(self, progress: Progress) -> bool:
         """One accepted design update, or False if Δt shrinks to nothing."""
-        began = perf_counter()
-        old = progress.evaluation
+        clock, old = _Clock(), progress.evaluation
         # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
         self.objective.equilibrium.refresh()
-        model = Model(self.objective, old, progress.gradient, progress.curvature)
-        while True:
-            candidate = self._candidate(progress, model)
-            small = float(np.abs(candidate.delta).max()) < SMALLEST_CHANGE
-            if small and progress.dt < SMALLEST_STEP * self.first_step:
-                return False
-            trial = self._predict(old, model, candidate) if candidate.model_change < 0.0 else None
-            if trial is None:
-                progress.dt *= SHRINK
-                continue
-            delta = trial.length * candidate.delta
-            progress.evaluations += 1
-            try:
-                new = self.objective.evaluate(old.chi + delta, trial.start)
-            except SolveFailure:  # no state, or too close to a limit point for the linear solves
-                progress.dt *= SHRINK * trial.length
-                continue
-            ratio = (new.value - old.value) / trial.change
-            if not ratio > ACCEPT:
-                progress.dt *= SHRINK * trial.length
+        model = Model(self.objective, self._sensitivity, old, progress.gradient)
+        clock.lap("state")
+        while progress.dt > SMALLEST_STEP * self.first_step:
+            step = self._inner.solve(model, progress.dt, self.max_products, progress.radius)
+            clock.lap("inner")
+            new = self._evaluate(progress, step) if step.change < 0.0 else None
+            clock.lap("state")
+            ratio = (new.value - old.value) / step.change if new is not None else -np.inf
+            if new is None or not ratio > ACCEPT:
+                progress.dt = self._shorter(progress.dt, step)
                 continue
             progress.evaluation, progress.gradient = new, self.objective.gradient(new, progress.gradient.adjoint)
-            model.learn_from(new, progress.gradient)
-            agreement = trial.change / candidate.model_change if trial.length == 1.0 else 0.0
-            used = progress.dt
-            factor = _trust(min(ratio, 2.0 - ratio), agreement, trial.length)
-            progress.dt *= factor if candidate.bound else min(factor, 1.0)
-            progress.seconds += perf_counter() - began
+            clock.lap("adjoint")
+            used, progress.radius = progress.dt, step.radius
+            # Δt grows only where the step term weighs something in the model.
+            bound = step.step_term > BINDING * abs(step.change)
+            factor = _trust(min(ratio, 2.0 - ratio))
+            progress.dt *= factor if bound else min(factor, 1.0)
+            progress.inner += step.newton
+            for part, seconds in clock.parts.items():
+                progress.seconds[part] += seconds
             progress.history.append(self._record(progress, used))
             return True
+        return False
 
-    def _candidate(self, progress: Progress, model: Model) -> _Candidate:
-        """Inner solution along which the model knows state and curvature."""
-        old = progress.evaluation
-        for _ in range(MAX_PRODUCTS):
-            step = self._inner.solve(model, progress.dt)
-            product = self.objective.product(old, progress.gradient, step.delta, self.product_tolerance)
-            if model.learn(step.delta, product) <= AGREEMENT * abs(step.change):
-                break
-        # Δt holds the step back only if the step term weighs something in the model.
-        bound = step.step_term > BINDING * abs(step.change)
-        return _Candidate(step.delta, step.change, bound, product)
-
-    def _predict(self, old: Evaluation, model: Model, candidate: _Candidate) -> _Trial | None:
-        """The length along the candidate whose linearly predicted state promises most, or None if none does."""
-        best: _Trial | None = None
-        for length in LENGTHS:
-            dx = length * candidate.product.dx
-            predicted = model.predict(length * candidate.delta, dx)
-            change = np.inf if predicted is None else predicted[0]
-            if best is not None and not change < best.change:
-                break
-            if predicted is not None and change < 0.0:
-                best = _Trial(length, change, (old.state.x + dx, predicted[1]))
-        if best is None or best.change > ACCEPT * candidate.model_change:
+    def _evaluate(self, progress: Progress, step: InnerStep) -> Evaluation | None:
+        """Evaluate a candidate from its predicted state; None if it has no state that can be reached."""
+        progress.evaluations += 1
+        try:
+            return self.objective.evaluate(step.point.chi, (step.point.x, step.point.p))
+        except SolveFailure:  # no state, or too close to a limit point for the linear solves
             return None
-        return best
+
+    def _shorter(self, dt: float, step: InnerStep) -> float:
+        """A Δt with which the refused step would be held back."""
+        if step.change >= 0.0 or step.step_term == 0.0:
+            return SHRINK * dt
+        return min(SHRINK, float(np.sqrt(step.step_term / -step.change))) * dt
 
     def _record(self, progress: Progress, dt: float) -> Record:
         at, work = progress.evaluation, self.objective.equilibrium.work
@@ -270,20 +234,32 @@ class Optimiser:
             "energy_ratio": at.energy_ratio,
             "steepest": at.design.steepest,
             **{key: float(getattr(work, key)) for key in COUNTS},
-            "seconds": progress.seconds,
+            "inner": float(progress.inner),
+            **{f"seconds_{part}": seconds for part, seconds in progress.seconds.items()},
+            "seconds": sum(progress.seconds.values()),
         }
+
+
+class _Clock:
+    """Seconds of each part of an update."""
+
+    def __init__(self) -> None:
+        self.parts = dict.fromkeys(PARTS, 0.0)
+        self._last = perf_counter()
+
+    def lap(self, part: str) -> None:
+        """Book the time since the last lap."""
+        now = perf_counter()
+        self.parts[part] += now - self._last
+        self._last = now
 
 
 def _part(arrays: dict[str, Floats], prefix: str) -> dict[str, Floats]:
     return {key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)}
 
 
-def _trust(ratio: float, agreement: float, length: float) -> float:
-    """Factor on Δt from truth over prediction, prediction over model, and the length taken."""
-    if length < 1.0:
-        return max(length, SHORTEN)
-    if ratio < POOR or agreement < POOR:
+def _trust(agreement: float) -> float:
+    """Factor on Δt; ``agreement`` is 1 where truth and prediction are equal."""
+    if agreement < POOR:
         return SHRINK
-    if ratio > VERY_GOOD and agreement > VERY_GOOD:
-        return GROW
-    return WIDEN if ratio > GOOD and agreement > GOOD else 1.0
+    return GROW if agreement > VERY_GOOD else WIDEN if agreement > GOOD else 1.0

@@ -1,8 +1,10 @@
-"""The model of the total objective that one design update minimises.
+"""The model of the total objective that one design update minimises: the Lagrangian along predicted states.
 
-    m(δ) = C_χ + C_A + C_i + C_p(·; u frozen) at χ + δ   +   gᵀδ + ½ δᵀ B δ
+    m(δ) = C(χ + δ, x(δ), p(δ)) + Λ_x · R_x(χ + δ, x(δ), p(δ)),   x(δ) = x + S δ,   R_p(χ + δ, x(δ), p(δ)) = 0
 
-What is cheap is exact; g and B model what needs the mechanical factorisation: C_0, C_Ψ and the leak's answer to u.
+The displacements follow linearly, everything else is exact: all terms of the objective with their walls, and the
+pressure. What the displacements miss is of second order, and the adjoint turns it into the objective's error, so that
+value, gradient and Hessian at δ = 0 are those of the reduced objective. Nothing here needs a mechanical factorisation.
 """
 
 from __future__ import annotations
@@ -14,85 +16,112 @@ import numpy as np
 from actuator.design_terms import DesignTerms
 from actuator.domain import Floats
 from actuator.kernels import strain_energy_excess
-from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.leak import FrozenLeak, LeakPoint
-from actuator.reduced import Evaluation, Gradient, Product, ReducedObjective, main_objective
-
-#: Design changes below this (largest nodal value) teach nothing: the difference of two gradients is then mostly
-#: what the linear solves left over.
-SMALLEST_LESSON = 1e-3
+from actuator.reduced import TINY, Evaluation, Gradient, ReducedObjective, main_objective
+from actuator.sensitivity import Sensitivity
 
 
-@dataclass(frozen=True)
+@dataclass
 class ModelPoint:
-    """The model at a step δ, with its gradient there; both without the step term."""
+    """The model at a step, without the step term.
+
+    Attributes:
+        delta, dx: δ (n_vertices,) and S δ (n_x,).
+        chi, x, p: design and predicted state.
+        value: m(δ).
+        tip: nodal residual forces, right on Γ only, (n_nodes, 3), N.
+        design: the terms that depend on χ alone.
+        gradient: dm/dδ, (n_vertices,); from :meth:`Model.gradient`.
+        flow_adjoint: multiplier of R_p, (n_vertices,); from :meth:`Model.gradient`.
+    """
 
     delta: Floats
+    dx: Floats
+    chi: Floats
+    x: Floats
+    p: Floats
     value: float
-    gradient: Floats
+    tip: Floats
     design: DesignTerms
-    leak: LeakPoint
+    gradient: Floats | None = None
+    flow_adjoint: Floats | None = None
 
 
 class Model:
-    """Model around one evaluated design; learns from exact answers there and from the next design's gradient.
+    """Model around one evaluated design.
 
     Args:
         objective: the case.
+        sensitivity: S; linearised here at the state of ``at``, whose tangent must stay while the model is used.
         at, gradient: the design the model is built around.
-        curvature: B; carries over from design to design and is taught in place.
     """
 
-    def __init__(self, objective: ReducedObjective, at: Evaluation, gradient: Gradient, curvature: Curvature) -> None:
-        self._objective, self._at, self._curvature = objective, at, curvature
-        self._leak = FrozenLeak(objective, at.state.displacement)
-        self._here = self._leak(at.chi)
-        #: g, gradient at δ = 0 of what is modelled, (n_vertices,).
-        self.linear: Floats = gradient.total - at.design.gradient - self._here.gradient
+    def __init__(
+        self, objective: ReducedObjective, sensitivity: Sensitivity, at: Evaluation, gradient: Gradient
+    ) -> None:
+        self._objective, self._sensitivity, self._at = objective, sensitivity, at
+        self._adjoint = gradient.adjoint[0]
+        self._no_force, self._no_flow = np.zeros_like(at.state.x), np.zeros_like(at.state.p)
+        self._factorised: ModelPoint | None = None
+        sensitivity.linearise(at.state)
 
-    def __call__(self, delta: Floats) -> ModelPoint:
-        """Evaluate at a step (n_vertices,)."""
-        chi = self._at.chi + delta
-        design, leak, bent = self._objective.design(chi), self._leak(chi), self._curvature @ delta
-        value = design.value + leak.value + float(delta @ (self.linear + 0.5 * bent))
-        return ModelPoint(delta, value, design.gradient + leak.gradient + self.linear + bent, design, leak)
+    def start(self) -> ModelPoint:
+        """The model at δ = 0."""
+        point = self(np.zeros_like(self._at.chi), self._no_force)
+        assert point is not None, "the state itself has no inverted element"
+        return point
 
-    def design(self, delta: Floats) -> DesignTerms:
-        """The χ-only terms at a step."""
-        return self._objective.design(self._at.chi + delta)
-
-    def product(self, at: ModelPoint, direction: Floats) -> Floats:
-        """Hessian, without the χ-only terms, times a direction at the point evaluated last; (n_vertices,)."""
-        return self._curvature @ direction + self._leak.product(self._at.chi + at.delta, at.leak, direction)
-
-    def learn(self, delta: Floats, product: Product) -> float:
-        """Take up an exact Hessian product at δ = 0; returns by how much ½ δᵀ B δ was wrong."""
-        self._leak(self._at.chi)  # its Darcy matrix is needed again
-        known = self._objective.design_product(self._at, delta) + self._leak.product(self._at.chi, self._here, delta)
-        exact = product.hessian - known
-        error = 0.5 * float(delta @ (exact - self._curvature @ delta))
-        self._curvature.learn(delta, exact)
-        return abs(error)
-
-    def learn_from(self, new: Evaluation, gradient: Gradient) -> None:
-        """Take up the gradient at an accepted design: the curvature averaged along the step."""
-        delta = new.chi - self._at.chi
-        if float(np.abs(delta).max()) < SMALLEST_LESSON:
-            return
-        average = gradient.total - new.design.gradient - self._leak(new.chi).gradient - self.linear
-        self._curvature.learn(delta, average)
-
-    def predict(self, delta: Floats, dx: Floats) -> tuple[float, Floats] | None:
-        """Change of the true objective if the displacements change by ``dx`` (n_x,), and p there.
-
-        None if an element inverts. Only a scalar Darcy problem is solved.
-        """
+    def __call__(self, delta: Floats, dx: Floats) -> ModelPoint | None:
+        """Evaluate at a step with its S δ; None if an element inverts there."""
         objective, equilibrium = self._objective, self._objective.equilibrium
         chi, x = self._at.chi + delta, self._at.state.x + dx
         u = equilibrium.kinematics.displacement(x)
         energy, _ = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, chi, u)
         if not np.isfinite(energy):
             return None
-        leak = FrozenLeak(objective, u)(chi)
-        value = main_objective(x, objective.load) + objective.design(chi).value + leak.value + float(energy)
-        return value - self._at.value, leak.p
+        self._factorised = None
+        p = equilibrium.pressure(chi, x)
+        force, _, nodal, _ = equilibrium.residual(chi, x, p)
+        design = objective.design(chi)
+        leak = 0.5 * float(p @ (objective.leak @ p))
+        value = main_objective(x, objective.load) + design.value + leak + float(energy) + float(self._adjoint @ force)
+        self._factorised = point = ModelPoint(delta, dx, chi, x, p, value, nodal, design)
+        return point
+
+    def gradient(self, at: ModelPoint) -> Floats:
+        """dm/dδ at a point, (n_vertices,); kept there."""
+        self._factorise(at)
+        derivatives, solver = self._objective.derivatives, self._objective.equilibrium.frozen_darcy_solver
+        g_chi, g_x, g_p = derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
+        at.flow_adjoint = solver.solve(-g_p)
+        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, at.flow_adjoint, at.tip, energy=0.0)
+        at.gradient = at.design.gradient + g_chi + f_chi + self._sensitivity.transposed(g_x + f_x)
+        return at.gradient
+
+    def product(self, at: ModelPoint, direction: Floats) -> tuple[Floats, Floats]:
+        """Hessian of the model, without the χ-only terms, times a direction; and S times it.
+
+        Args:
+            at: a point whose gradient has been evaluated.
+            direction: (n_vertices,).
+        """
+        self._factorise(at)
+        assert at.flow_adjoint is not None
+        equilibrium, derivatives = self._objective.equilibrium, self._objective.derivatives
+        solver = equilibrium.frozen_darcy_solver
+        dx = self._sensitivity @ direction
+        step = TINY / max(float(np.abs(direction).max()), 1e-300)
+        chi, x = at.chi + 1j * step * direction, at.x + 1j * step * dx
+        dp = solver.solve(-equilibrium.flow_residual(chi, x, at.p).imag / step, check=None)
+        p = at.p + 1j * step * dp
+        tip = equilibrium.tip_forces(chi, x, p)
+        h_chi, h_x, h_p = (g.imag / step for g in derivatives(chi, x, p, self._adjoint, at.flow_adjoint, tip))
+        answer = solver.solve(-h_p, check=None)
+        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, answer, at.tip, energy=0.0)
+        equilibrium.work.products += 1
+        return h_chi + f_chi + self._sensitivity.transposed(h_x + f_x), dx
+
+    def _factorise(self, at: ModelPoint) -> None:
+        """Have the Darcy block of a point factorised."""
+        if self._factorised is not at:
+            self._objective.equilibrium.pressure(at.chi, at.x)
+            self._factorised = at

@@ -1,0 +1,61 @@
+"""Compiles the kernels in a process of their own, so that every run executes the same machine code.
+
+What numba has compiled in the running process may differ in the last bit from the same kernel loaded from its cache,
+and an optimisation amplifies the last bit: the first run after an installation would go elsewhere than all later ones.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+
+def compile_kernels() -> None:
+    """Fill the cache of compiled kernels unless that has been done; takes a minute once.
+
+    Where it cannot be done, in a folder that is not writable for instance, kernels are compiled as they are needed.
+    """
+    if _stamp().exists():
+        return
+    subprocess.run([sys.executable, "-m", __name__], check=False, capture_output=True)
+
+
+def _stamp() -> Path:
+    version = f"{metadata.version('numba')}-{sys.implementation.cache_tag}"
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"compiled-{version}"
+
+
+def _use_everything() -> None:
+    """One design update of a smallest case calls every kernel with every type."""
+    from actuator.domain import HalfCylinder
+    from actuator.initial_design import initial_design
+    from actuator.optimiser.loop import Optimiser
+    from actuator.parameters import Load, Material, Objective
+    from actuator.reduced import ReducedObjective
+
+    domain = HalfCylinder(radius=15.0, length=15.0, core_cells=2, rings=1, layers=3)
+    material = Material.from_ratios(
+        length=domain.length,
+        interface_width=3.0,
+        youngs_modulus=1.0,
+        poisson_ratio=0.45,
+        ramp_penalty=3.0,
+        stiffness_contrast=1e-3,
+        void_permeability_rate=1e3,
+        permeability_contrast=1e-3,
+        hessian_regularisation=1e-4,
+    )
+    load = Load(pressure=0.01, arm_length=60.0, spring_stiffness=0.01)
+    objective = ReducedObjective(
+        domain, material, load, Objective(1e-3, 1.0, 1.0, 1.0, 1.0, 1e-4, 3.0, 15.0), threads=1
+    )
+    optimiser = Optimiser(objective, max_products=2)
+    optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, 3.0)), 1)
+    _stamp().touch()
+
+
+if __name__ == "__main__":
+    _use_everything()
