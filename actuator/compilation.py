@@ -40,20 +40,19 @@ def _use_everything() -> None:
     material = Material.from_ratios(
         length=domain.length,
         interface_width=3.0,
-        youngs_modulus=1.0,
-        poisson_ratio=0.45,
+        youngs_modulus=2.736,
+        poisson_ratio=0.48,
         ramp_penalty=3.0,
-        stiffness_contrast=1e-3,
+        stiffness_contrast=1e-6,
         void_permeability_rate=1e3,
-        permeability_contrast=1e-3,
-        hessian_regularisation=1e-4,
+        permeability_contrast=1e-6,
+        hessian_regularisation=1e-6,
     )
-    load = Load(pressure=0.01, arm_length=60.0, spring_stiffness=0.01)
-    objective = ReducedObjective(
-        domain, material, load, Objective(1e-3, 1.0, 1.0, 1.0, 1.0, 1e-4, 3.0, 15.0), threads=1
-    )
+    load = Load(pressure=0.0547, arm_length=60.0, spring_stiffness=0.041)
+    limits = Objective(1e-3, 1.0, 1e6, 1e6, 1e5, energy_limit=0.0268, interface_width=3.0, diffusivity_length=15.0)
+    objective = ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
     optimiser = Optimiser(objective, max_products=2)
-    optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, 3.0)), 1)
+    optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, limits.interface_width)), 1)
     _stamp().touch()
 
 

@@ -11,14 +11,14 @@ from actuator.linear import DirectSolver
 from actuator.optimiser.metric import Metric
 from actuator.tangent import symmetric_product
 
-#: Pairs kept.
-MEMORY = 40
+#: Pairs kept: those of several Newton steps, since the stiff directions stay while the inner problem goes on.
+MEMORY = 150
 
 
 class Preconditioner:
     """P = C_χ'' + C_A'' + C_i'' + M/Δt², factorised; L-BFGS pairs bring in the physics.
 
-    The pairs are those of the last conjugate gradients (Morales & Nocedal 2000, doi:10.1137/S1052623497327854).
+    The pairs are those of the conjugate gradients so far (Morales & Nocedal 2000, doi:10.1137/S1052623497327854).
     """
 
     def __init__(self, solver: DirectSolver, metric: Metric, gather: Gather) -> None:
@@ -30,8 +30,8 @@ class Preconditioner:
         self._pairs = []
 
     def learn(self, pairs: list[tuple[Floats, Floats]]) -> None:
-        """Replace the pairs by directions d with H d, each of positive curvature."""
-        self._pairs = [(d, hd, 1.0 / float(d @ hd)) for d, hd in pairs[-MEMORY:]]
+        """Take up directions d with H d, each of positive curvature; the oldest go first."""
+        self._pairs = (self._pairs + [(d, hd, 1.0 / float(d @ hd)) for d, hd in pairs])[-MEMORY:]
 
     def factorise(self, hessian: Floats, dt: float) -> None:
         """Factorise for the data of the design Hessian's upper triangle; more of M where C_A is too concave."""
