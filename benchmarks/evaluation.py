@@ -1,6 +1,6 @@
 """What one design evaluation costs, beside what a user would pick instead.
 
-    python benchmarks/evaluation.py --case case14 --updates 20     # the paper's mesh, about half an hour
+    python benchmarks/evaluation.py --case case14 --updates 20     # the paper's mesh, about twenty minutes
     python benchmarks/evaluation.py --case quick --updates 20      # the small mesh, about two minutes
 
 In one process and on the same designs (the initial one and the one after the updates):
@@ -34,6 +34,7 @@ from actuator.initial_design import initial_design
 from actuator.linear import DirectSolver, make_solver
 from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.loop import Optimiser, Progress
+from actuator.optimiser.model import Model
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.state import Equilibrium, State
 from pipeline.case import find_case, read_case
@@ -124,7 +125,7 @@ def main() -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     for part, seconds in _shares(profile).items():
         rows.append((f"    share of {part}", f"{100 * seconds / total:.1f} %"))
-    for name, function in (("the inner problem", InnerProblem.solve), ("Hessian products", ReducedObjective.product)):
+    for name, function in (("the inner problem", InnerProblem.solve), ("Hessian products of the model", Model.product)):
         rows.append((f"    share within {name}", f"{100 * _within(profile, function) / total:.1f} %"))
     for name, state in (("initial", first.state), ("last", progress.evaluation.state)):
         rows += _factorisations(objective.equilibrium, state, name, warm, options)
