@@ -15,8 +15,17 @@ def _separate_kernel_cache() -> None:
     here = Path(__file__).parent
     sources = (file.read_bytes() for file in sorted(here.glob("*.py")))
     text = b"".join(source for source in sources if b"from numba import" in source)
-    folder = here / "__pycache__" / f"kernels-{hashlib.sha256(text).hexdigest()[:16]}"
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
+    folder = f"kernels-{hashlib.sha256(text).hexdigest()[:16]}"
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache(here) / folder))
+
+
+def _cache(here: Path) -> Path:
+    """Beside the code, where it goes when the code goes; the user's own cache if nothing can be written there."""
+    if os.access(here, os.W_OK):
+        return here / "__pycache__"
+    from platformdirs import user_cache_path
+
+    return user_cache_path("poro")
 
 
 _separate_kernel_cache()

@@ -92,8 +92,7 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
-    # Every run is a process of its own, as a user's are: what else this process has loaded must not matter. The mesh
-    # is a little finer than the tiny one, whose leak is so stiff that rounding decides where a run goes.
+    # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
     updates = 4
     (tmp_path / "tiny.yaml").write_text(
         TINY.replace("core_cells: 2", "core_cells: 3").replace("rings: 1", "rings: 2").replace("layers: 3", "layers: 4")
@@ -122,7 +121,7 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     whole, continued = (
         artifact.read(tmp_path / path, "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
     )
-    np.testing.assert_allclose(continued, whole, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(continued, whole, rtol=1e-12, atol=1e-12)
 
 
 def _stored(checkpoint: Path) -> int:

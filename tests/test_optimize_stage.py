@@ -46,6 +46,12 @@ def test_events_tell_of_every_design_in_turn(observed: tuple[Result, list[Event]
         np.testing.assert_array_equal([update.record[key] for update in updates], column, err_msg=key)
 
 
+def test_two_threads_find_the_same_design_bit_by_bit(result: Result) -> None:
+    again = run(settings(), compute=Compute(threads=2))
+    np.testing.assert_array_equal(again.chi, result.chi)
+    np.testing.assert_array_equal(again.history["C"], result.history["C"])
+
+
 def test_fields_have_the_shapes_that_are_promised(result: Result) -> None:
     domain = result.domain
     assert result.chi.shape == result.pressure.shape == (domain.mesh.nvertices,)

@@ -62,3 +62,18 @@ def test_schema_loads_no_numerics(tmp_path: Path) -> None:
 
 def test_status_of_a_finished_case_loads_only_what_reads_artifacts(folder: Path) -> None:
     assert packages_of(folder, "status", "tiny.yaml", "--output", ".") & HEAVY == {"h5py"}
+
+
+def test_kernels_are_kept_elsewhere_if_the_package_cannot_be_written(tmp_path: Path) -> None:
+    """Installed by an administrator: numba would refuse to compile without a folder for its cache."""
+    code = (
+        "import os; os.environ.pop('NUMBA_CACHE_DIR', None); os.access = lambda path, mode: False\n"
+        "import actuator; print(actuator.__file__); print(os.environ['NUMBA_CACHE_DIR'])"
+    )
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": path}
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    package, cache = map(Path, ended.stdout.splitlines())
+    assert package.parent not in cache.parents
+    if sys.platform == "linux":
+        assert tmp_path in cache.parents
