@@ -9,7 +9,8 @@ In one process and on the same designs (the initial one and the one after the up
 (b) one LDLᵀ of the mechanical block, analysis apart, in double and in single precision;
 (c) a full evaluation from a warm start as the optimiser makes it, averaged over the updates: state, adjoint, gradient,
     and the factorisation they share with the next update;
-and the share of each part of the whole run. Writes a table to ``benchmarks/results``.
+and the share of each part of the whole run; ``overhead.py`` tells Python from NumPy. Writes a table to
+``benchmarks/results``.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import numba
 import numpy as np
 import scipy.sparse as sp
 
+from actuator.compilation import compile_kernels
 from actuator.domain import Floats
 from actuator.initial_design import initial_design
 from actuator.linear import DirectSolver, make_solver
@@ -83,6 +85,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--solver", default="auto")
     options = parser.parse_args()
+    compile_kernels()
     numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
 
     settings, _ = read_case(find_case(Path(f"{options.case}.yaml")))
@@ -194,7 +197,7 @@ def _shares(profile: cProfile.Profile) -> dict[str, float]:
                 shares[part] += own
                 break
         else:
-            shares["other compiled code" if compiled else "Python outside compiled code"] += own
+            shares["other compiled code" if compiled else "Python, with NumPy's operators on vectors"] += own
     return dict(shares)
 
 

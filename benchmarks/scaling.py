@@ -49,8 +49,8 @@ def measure(core: int, rings: int, layers: int, threads: int) -> dict[str, float
         seconds = perf_counter() - began
     solver = objective.equilibrium.mechanical_solver.statistics
     return {
-        "cells": domain.mesh.nelements,
-        "unknowns": objective.equilibrium.kinematics.size + domain.mesh.nvertices,
+        "cells": float(domain.mesh.nelements),
+        "unknowns": float(objective.equilibrium.kinematics.size + domain.mesh.nvertices),
         "setup_s": setup,
         "evaluation_s": seconds,
         "factorisation_s": solver.factorisation_seconds / solver.factorisations,

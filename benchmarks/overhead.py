@@ -1,0 +1,94 @@
+"""What the program costs outside compiled code: the same calls on 24 cells, where hardly anything else is left.
+
+    python benchmarks/overhead.py       # about two minutes
+
+A profile cannot tell: it books NumPy's vector operations on the Python function that they stand in. Here the state
+from a warm start with its adjoint, and one product, gradient and value of the optimiser's model are timed on the
+smallest mesh and on the paper's, in one run; the former bounds what Python adds to the latter. Medians of several.
+Writes a table to ``benchmarks/results``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numba
+import numpy as np
+
+from actuator.compilation import compile_kernels
+from actuator.initial_design import initial_design
+from actuator.optimiser.model import Model
+from actuator.reduced import ReducedObjective
+from actuator.sensitivity import Sensitivity
+from stages.settings import DomainSettings, ProblemSettings
+
+logger = logging.getLogger("benchmarks.overhead")
+
+#: m, k, layers of the smallest mesh and of the paper's.
+MESHES = {"24 cells": (2, 1, 3), "9,504 cells": (12, 5, 18)}
+REPEATS = 5
+
+
+def measure(mesh: tuple[int, int, int], threads: int) -> dict[str, float]:
+    """Median seconds of each call on one mesh."""
+    core, rings, layers = mesh
+    settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
+    domain = settings.domain.build()
+    objective = ReducedObjective(domain, *settings.parameters(), adjoint_tolerance=1e-8, threads=threads)
+    sensitivity = Sensitivity(objective.equilibrium)
+    at = objective.evaluate(initial_design(domain.points, domain.radius, settings.objective.interface_width))
+    gradient = objective.gradient(at)
+    direction = np.cos(domain.points @ [0.25, -0.4, 0.3])
+
+    def evaluate() -> None:
+        new = objective.evaluate(at.chi + 0.01 * direction, (at.state.x, at.state.p))
+        objective.gradient(new, gradient.adjoint)
+
+    seconds = {"state and adjoint from a warm start": _median(evaluate)}
+    objective.equilibrium.refresh()
+    model = Model(objective, sensitivity, at, gradient)
+    start = model.start()
+    model.gradient(start)
+    seconds["product of the model"] = _median(lambda: model.product(start, direction))
+    seconds["gradient of the model"] = _median(lambda: model.gradient(start))
+    seconds["value of the model"] = _median(lambda: model(start.delta, start.dx))
+    return seconds
+
+
+def _median(call: Callable[[], object]) -> float:
+    call()
+    times = []
+    for _ in range(REPEATS):
+        began = perf_counter()
+        call()
+        times.append(perf_counter() - began)
+    return median(times)
+
+
+def main() -> None:
+    """Run both meshes and write the table."""
+    logging.basicConfig(format="%(message)s")
+    logger.setLevel(logging.INFO)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--threads", type=int, default=2)
+    options = parser.parse_args()
+    compile_kernels()
+    numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    small, large = (measure(mesh, options.threads) for mesh in MESHES.values())
+    lines = [f"| call | {' | '.join(MESHES)} | share |", "|---|---|---|---|"]
+    for name, seconds in small.items():
+        share = 100 * seconds / large[name]
+        lines.append(f"| {name} | {1e3 * seconds:.1f} ms | {1e3 * large[name]:.0f} ms | {share:.1f} % |")
+    path = Path(__file__).parent / "results" / "overhead.md"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    logger.info(path.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    main()
