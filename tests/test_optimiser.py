@@ -10,9 +10,10 @@ import pytest
 from physics import Floats
 from small_case import metric_of, small_objective, start_of
 
+from actuator.failure import SolveFailure
 from actuator.optimiser.loop import Optimiser, Outcome, Progress
 from actuator.optimiser.stationarity import stationarity
-from actuator.reduced import TERMS, Evaluation
+from actuator.reduced import TERMS, Evaluation, Gradient
 from actuator.state import NoState
 
 UPDATES = 4
@@ -164,23 +165,29 @@ def test_run_ends_once_the_measure_is_reached(run: Run) -> None:
 # --------------------------------------------------------------------------------------------- refused steps
 
 
-@pytest.mark.parametrize("failure", ["no state", "no gain"])
+@pytest.mark.parametrize("failure", ["no state", "no gain", "no adjoint"])
 def test_refused_step_shortens_the_time_step_and_leaves_a_sound_run(
     failure: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first candidate has no state, or turns out to be worse than promised."""
+    """The first candidate has no state, or turns out to be worse than promised, or its adjoint cannot be solved for."""
     loop, progress = begun()
-    evaluate, tried = loop.objective.evaluate, []
+    evaluate, gradient, tried = loop.objective.evaluate, loop.objective.gradient, []
 
     def spoilt(chi: Floats, start: tuple[Floats, Floats] | None = None) -> Evaluation:
         tried.append(chi)
-        if len(tried) > 1:
+        if len(tried) > 1 or failure == "no adjoint":
             return evaluate(chi, start)
         if failure == "no state":
             raise NoState("Newton's method stalled.")
         return replace(progress.evaluation, chi=chi)
 
+    def unsolved(at: Evaluation, guess: tuple[Floats, Floats] | None = None) -> Gradient:
+        if len(tried) == 1 and failure == "no adjoint":
+            raise SolveFailure("A coupled linear solve stopped.")
+        return gradient(at, guess)
+
     monkeypatch.setattr(loop.objective, "evaluate", spoilt)
+    monkeypatch.setattr(loop.objective, "gradient", unsolved)
     initial = progress.evaluation
     loop.run(progress, 2)
     assert progress.evaluations == len(progress.history) + 1

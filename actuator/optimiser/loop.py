@@ -177,22 +177,20 @@ class Optimiser:
 
     def _update(self, progress: Progress) -> bool:
         """One accepted design update, or False if Δt shrinks to nothing."""
-        clock, old = _Clock(), progress.evaluation
+        clock = _Clock()
         # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
         self.objective.equilibrium.refresh()
-        model = Model(self.objective, self._sensitivity, old, progress.gradient)
+        model = Model(self.objective, self._sensitivity, progress.evaluation, progress.gradient)
         clock.lap("state")
         while progress.dt > SMALLEST_STEP * self.first_step:
             step = self._inner.solve(model, progress.dt, self.max_products, progress.radius)
             clock.lap("inner")
-            new = self._evaluate(progress, step) if step.change < 0.0 else None
-            clock.lap("state")
-            ratio = (new.value - old.value) / step.change if new is not None else -np.inf
-            if new is None or not ratio > ACCEPT:
+            taken = self._try(progress, step, clock) if step.change < 0.0 else None
+            if taken is None:
+                clock.lap("state")
                 progress.dt = self._shorter(progress.dt, step)
                 continue
-            progress.evaluation, progress.gradient = new, self.objective.gradient(new, progress.gradient.adjoint)
-            clock.lap("adjoint")
+            progress.evaluation, progress.gradient, ratio = taken
             used, progress.radius = progress.dt, step.radius
             # Δt grows only where the step term weighs something in the model.
             bound = step.step_term > BINDING * abs(step.change)
@@ -205,13 +203,20 @@ class Optimiser:
             return True
         return False
 
-    def _evaluate(self, progress: Progress, step: InnerStep) -> Evaluation | None:
-        """Evaluate a candidate from its predicted state; None if it has no state that can be reached."""
+    def _try(self, progress: Progress, step: InnerStep, clock: _Clock) -> tuple[Evaluation, Gradient, float] | None:
+        """Evaluation and gradient of a candidate, and truth over prediction; None if it is refused."""
         progress.evaluations += 1
         try:
-            return self.objective.evaluate(step.point.chi, (step.point.x, step.point.p))
+            new = self.objective.evaluate(step.point.chi, (step.point.x, step.point.p))
+            clock.lap("state")
+            ratio = (new.value - progress.evaluation.value) / step.change
+            if not ratio > ACCEPT:
+                return None
+            gradient = self.objective.gradient(new, progress.gradient.adjoint)
         except SolveFailure:  # no state, or too close to a limit point for the linear solves
             return None
+        clock.lap("adjoint")
+        return new, gradient, ratio
 
     def _shorter(self, dt: float, step: InnerStep) -> float:
         """A Δt with which the refused step would be held back."""
