@@ -14,7 +14,7 @@ from actuator.assembly import Gather, scatter_vector
 from actuator.discretisation import Discretisation
 from actuator.domain import Floats
 from actuator.initial_design import smooth_minimum
-from actuator.kernels import FAST, interpolate, vertex_gradient
+from actuator.kernels import FAST, interpolate, ordered_sum, vertex_gradient
 from actuator.material import sigmoid
 from actuator.parameters import Objective
 
@@ -136,4 +136,4 @@ def design_terms(geometry, limit, weights, chi, g, h):
                         h[e, a, b] += along * project[a] * project[b] + across * (
                             d[0] * f[0] + d[1] * f[1] + d[2] * f[2]
                         )
-    return values[:, 0].sum(), values[:, 1].sum(), values[:, 2].sum(), values[:, 3].max()
+    return ordered_sum(values[:, 0]), ordered_sum(values[:, 1]), ordered_sum(values[:, 2]), values[:, 3].max()

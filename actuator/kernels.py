@@ -15,6 +15,15 @@ from actuator.material import drainage, energy, inverse, left_cauchy_green, perm
 FAST = {"contract", "nsz", "arcp"}
 
 
+@njit(cache=True)
+def ordered_sum(values):
+    """Sum in the order of the array; within a parallel function, ``values.sum()`` depends on the thread count."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
 @njit(cache=True, inline="always")
 def deformation_gradient(u, nodes, gradient, F):
     """F = I + Σ u_a ⊗ ∇N_a."""
@@ -264,4 +273,4 @@ def strain_energy_excess(geometry, c, chi, u):
             largest[e] = max(largest[e], ratio)
             if ratio > 1.0:
                 total[e] += geometry.volume[s, q] * c.strain_energy_weight / 6.0 * (ratio - 1.0) ** 6
-    return total.sum(), largest.max()
+    return ordered_sum(total), largest.max()

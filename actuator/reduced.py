@@ -1,7 +1,6 @@
-"""The reduced objective: a design's value, exact gradient by the adjoint, and exact Hessian-vector products.
+"""The reduced objective: a design's value and its exact gradient by the adjoint.
 
-Everything follows from the Lagrangian of Eq. (9), C + Λ·R, whose derivatives :func:`lagrangian_gradient` gives;
-its complex-step derivative gives the second order.
+Both follow from the Lagrangian of Eq. (9), C + Λ·R, whose derivatives :func:`lagrangian_gradient` gives.
 """
 
 from __future__ import annotations
@@ -18,9 +17,6 @@ from actuator.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
 from actuator.state import Equilibrium, State
-from actuator.tangent import symmetric_product
-
-TINY = 1e-40  # complex step: no subtraction, so no smallest sensible size
 
 TERMS = ("C0", "C_chi", "C_A", "C_i", "C_p", "C_psi")
 
@@ -60,20 +56,6 @@ class Gradient:
 
     total: Floats
     adjoint: tuple[Floats, Floats]
-
-
-@dataclass(frozen=True)
-class Product:
-    """Second-order response to a design direction d.
-
-    Attributes:
-        hessian: d²C/dχ² d, (n_vertices,).
-        dx, dp: derivative of the state along d.
-    """
-
-    hessian: Floats
-    dx: Floats
-    dp: Floats
 
 
 class ReducedObjective:
@@ -174,33 +156,6 @@ class ReducedObjective:
             gx[-3:] += main_objective_gradient(x, self.load)
             gp += self.leak @ p
         return scatter_vector(g_chi, geometry.cells, n), gx, gp
-
-    # ------------------------------------------------------------ second order
-
-    def product(self, at: Evaluation, gradient: Gradient, direction: Floats, tolerance: float = 1e-6) -> Product:
-        """Exact Hessian of the total objective times a direction: one tangent and one adjoint solve.
-
-        Args:
-            direction: d, (n_vertices,).
-            tolerance: relative residual of both solves.
-        """
-        state, equilibrium = at.state, self.equilibrium
-        lx, lp = gradient.adjoint
-        step = TINY / max(float(np.abs(direction).max()), 1e-300)
-        chi = state.chi + 1j * step * direction
-        rx, rp, _, _ = equilibrium.residual(chi, state.x, state.p)
-        dx, dp = equilibrium.solve_tangent(state, -rx.imag / step, -rp.imag / step, tolerance)
-        x, p = state.x + 1j * step * dx, state.p + 1j * step * dp
-        _, _, nodal, _ = equilibrium.residual(chi, x, p)
-        h_chi, hx, hp = (g.imag / step for g in self.derivatives(chi, x, p, lx, lp, nodal))
-        mx, mp = equilibrium.solve_adjoint(state, -hx, -hp, tolerance)
-        response, _, _ = self.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, energy=0.0)
-        equilibrium.work.products += 1
-        return Product(h_chi + response + self.design_product(at, direction), dx, dp)
-
-    def design_product(self, at: Evaluation, direction: Floats) -> Floats:
-        """Hessian of C_χ + C_A + C_i times a direction, (n_vertices,)."""
-        return symmetric_product(self.design.gather.matrix(at.design.hessian), direction)
 
 
 def main_objective(x: Floats, load: Load) -> float:

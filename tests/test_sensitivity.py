@@ -10,7 +10,8 @@ from physics import Floats
 from small_case import small_objective, start_of
 
 from actuator import sensitivity as module
-from actuator.reduced import TINY, ReducedObjective
+from actuator.optimiser.model import TINY
+from actuator.reduced import ReducedObjective
 from actuator.sensitivity import Sensitivity
 from actuator.state import State
 
