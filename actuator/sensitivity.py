@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from actuator.assembly import Gather
 from actuator.domain import Floats
 from actuator.state import Equilibrium, State
+from actuator.tangent import darcy_gather
 from actuator.tangent_kernels import design_tangent
 
 #: Sweeps. One sweep leaves an error of the order of the coupling's contraction rate, 0.03 on a typical design.
@@ -27,10 +27,7 @@ class Sensitivity:
 
     def __init__(self, equilibrium: Equilibrium) -> None:
         self._equilibrium = equilibrium
-        cells = equilibrium.geometry.cells.astype(np.int32)
-        n, shape = equilibrium.domain.mesh.nvertices, (len(cells), 8, 8)
-        rows, columns = (np.broadcast_to(c, shape).ravel() for c in (cells[:, :, None], cells[:, None, :]))
-        self._flow = Gather(rows, columns, (n, n))
+        self._flow = darcy_gather(equilibrium.discretisation, upper=False)
 
     def linearise(self, state: State) -> None:
         """Take up a state."""

@@ -130,13 +130,13 @@ class Tangent:
         return symmetric_product(self.xx, lx) + self.px.T @ lp, self.xp.T @ lx + symmetric_product(self.pp, lp)
 
 
-def darcy_gather(discretisation: Discretisation) -> Gather:
-    """Gather of the upper triangle of a block on trilinear vertices from element matrices (n_cells, 8, 8)."""
+def darcy_gather(discretisation: Discretisation, *, upper: bool = True) -> Gather:
+    """Gather of a block on trilinear vertices, or its upper triangle, from element matrices (n_cells, 8, 8)."""
     cells = discretisation.geometry.cells.astype(np.int32)
     rows = np.broadcast_to(cells[:, :, None], (len(cells), 8, 8)).ravel()
     columns = np.broadcast_to(cells[:, None, :], (len(cells), 8, 8)).ravel()
     n = discretisation.domain.mesh.nvertices
-    return Gather(np.where(rows <= columns, rows, -1), columns, (n, n))
+    return Gather(np.where(rows <= columns, rows, -1) if upper else rows, columns, (n, n))
 
 
 def _views(sizes: list[int]) -> tuple[list[Floats], Floats]:

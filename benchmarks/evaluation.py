@@ -18,7 +18,6 @@ from __future__ import annotations
 import argparse
 import cProfile
 import logging
-import pstats
 import resource
 from collections import defaultdict
 from collections.abc import Callable
@@ -189,7 +188,9 @@ def _full(upper: sp.csr_array) -> sp.csr_array:
 def _shares(profile: cProfile.Profile) -> dict[str, float]:
     """Seconds by part, from the time spent in each function itself."""
     shares: dict[str, float] = defaultdict(float)
-    for (file, _, function), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
+    for entry in profile.getstats():
+        code, own = entry.code, entry.inlinetime
+        file, function = ("~", code) if isinstance(code, str) else (code.co_filename, code.co_name)
         place = f"{Path(file).name}:{function}"
         compiled = file == "~" or any(name in place for name in ("kernels.py", "_gather", "design_terms.py", ":call"))
         for part, marks in PARTS:
@@ -203,9 +204,7 @@ def _shares(profile: cProfile.Profile) -> dict[str, float]:
 
 def _within(profile: cProfile.Profile, function: Callable[..., Any]) -> float:
     """Seconds spent in a function and everything it calls."""
-    code = function.__code__
-    key = (code.co_filename, code.co_firstlineno, code.co_name)
-    return float(pstats.Stats(profile).stats[key][3])  # type: ignore[attr-defined]
+    return sum(entry.totaltime for entry in profile.getstats() if entry.code is function.__code__)
 
 
 if __name__ == "__main__":

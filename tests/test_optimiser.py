@@ -11,7 +11,9 @@ from physics import Floats
 from small_case import metric_of, small_objective, start_of
 
 from actuator.failure import SolveFailure
+from actuator.optimiser.inner import InnerStep
 from actuator.optimiser.loop import Optimiser, Outcome, Progress
+from actuator.optimiser.model import Model
 from actuator.optimiser.stationarity import stationarity
 from actuator.reduced import TERMS, Evaluation, Gradient
 from actuator.state import NoState
@@ -198,6 +200,29 @@ def test_refused_step_shortens_the_time_step_and_leaves_a_sound_run(
     assert values[0] > values[1] > values[2]
     fresh = small_objective().evaluate(progress.evaluation.chi)
     assert fresh.value == pytest.approx(values[-1], rel=1e-5)
+
+
+def test_model_is_that_of_the_last_design_again_after_a_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method at the refused design has moved tangent and factors, which the model's S works with."""
+    loop, progress = begun()
+    evaluate, solve, answers = loop.objective.evaluate, loop._inner.solve, []
+    direction = np.cos(loop.objective.domain.points @ [0.25, -0.4, 0.3])
+
+    def refused_once(chi: Floats, start: tuple[Floats, Floats] | None = None) -> Evaluation:
+        found = evaluate(chi, start)
+        return replace(progress.evaluation, chi=chi) if len(answers) == 1 else found
+
+    def observed(model: Model, *arguments: float) -> InnerStep:
+        at = model.start()
+        model.gradient(at)
+        answers.append(model.product(at, direction)[1])
+        return solve(model, *arguments)
+
+    monkeypatch.setattr(loop.objective, "evaluate", refused_once)
+    monkeypatch.setattr(loop._inner, "solve", observed)
+    loop.run(progress, 1)
+    assert len(answers) == 2
+    np.testing.assert_array_equal(answers[1], answers[0])
 
 
 def test_run_that_finds_no_step_says_so_and_keeps_its_design(run: Run) -> None:

@@ -30,7 +30,7 @@ _ERRORS = {
     -9: "there is not enough memory for the solution: solve fewer right-hand sides at once",
 }
 
-#: Partition of the work that gives the same factors, bit by bit, for any number of threads and in any run.
+#: Threads that MKL plans its reproducible mode for, whatever number it then uses: one and two give the same factors.
 REPRODUCIBLE_THREADS = 8
 
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1

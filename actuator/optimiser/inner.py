@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from actuator.domain import Floats
 from actuator.optimiser.metric import Metric
@@ -20,14 +21,14 @@ from actuator.tangent import symmetric_product
 
 MAX_NEWTON = 60
 MAX_CG = 40
-GROW = 2.5
 #: Relative residual at which conjugate gradients stop.
 FORCING = 0.1
 #: Most corrections of the design Hessian by what lies ahead.
 LOOK_AHEAD = 4
 #: Search along the path: factor per trial and the length at which it is given up; share of the predicted decrease
-#: that is enough, and the one that lets the trust region grow.
+#: that is enough, and the one above which the trust region grows and not only widens.
 SHRINK, SHORTEST, ENOUGH, GOOD = 0.4, 1e-4, 0.1, 0.6
+GROW, WIDEN = 2.5, 1.2
 #: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
 WINDOW, STALLED = 4, 0.05
 
@@ -41,6 +42,7 @@ class InnerStep:
         change: predicted change of the total objective, without the step term; negative if a step was found.
         step_term: C_t of the step.
         newton, products: Newton steps and Hessian products it took.
+        radius: trust region to begin the next inner problem with.
     """
 
     point: ModelPoint
@@ -74,6 +76,7 @@ class InnerProblem:
         Args:
             dt: Δt.
             max_products: Hessian products after which the best step so far is returned.
+            radius: of the trust region of the first Newton step, in the norm of the preconditioner.
         """
         metric, preconditioner = self._metric, self._preconditioner
         preconditioner.forget()
@@ -88,18 +91,20 @@ class InnerProblem:
             gradient = model.gradient(now) + metric @ now.delta / dt**2
             hessian = self._objective.design.gather.matrix(self._look_ahead(now, gradient, dt))
 
-            def product(v: Floats, at: ModelPoint = now, upper=hessian) -> tuple[Floats, Floats]:  # type: ignore[no-untyped-def]
+            def product(v: Floats, at: ModelPoint = now, upper: sp.csr_array = hessian) -> tuple[Floats, Floats]:
                 physics, dx = model.product(at, v)
                 return physics + symmetric_product(upper, v) + metric @ v / dt**2, dx
 
-            path, used = _path(product, gradient, preconditioner, radius, min(MAX_CG, max_products - products))
+            origin = _Knot(0.0, np.zeros_like(now.delta), np.zeros_like(now.dx), 0.0)
+            limit = min(MAX_CG, max_products - products)
+            path, used = _path(product, gradient, preconditioner, origin, radius, limit)
             products += used
             found = _search(model, value, now, path, min(radius, path[-1].norm))
             if found is None:
                 break
             now, reached, quality = found
             if reached < path[-1].norm or np.isfinite(radius):
-                radius = reached * (GROW if quality > GOOD else 1.2)
+                radius = reached * (GROW if quality > GOOD else WIDEN)
             gains.append(value(start) - value(now))
             if len(gains) > WINDOW and gains[-1] - gains[-1 - WINDOW] < STALLED * gains[-1]:
                 break
@@ -128,23 +133,23 @@ def _path(
     product: Callable[[Floats], tuple[Floats, Floats]],
     gradient: Floats,
     preconditioner: Preconditioner,
+    origin: _Knot,
     radius: float,
     limit: int,
 ) -> tuple[list[_Knot], int]:
-    """Conjugate gradients from zero: up to ``radius``, along negative curvature, or to the forcing term.
+    """Conjugate gradients from the origin: up to ``radius``, along negative curvature, or to the forcing term.
 
     The preconditioner learns the pairs it passed.
     """
     r, z = gradient, preconditioner.solve(gradient)
     rz = float(r @ z)
     target, d = FORCING**2 * rz, -z
-    path, pairs = [_Knot(0.0, np.zeros_like(r), np.zeros(0), 0.0)], []
+    path, pairs = [origin], []
     used = 0
     while used < limit:
         hd, dx = product(d)
         used += 1
         last = path[-1]
-        before = last.dx if used > 1 else np.zeros_like(dx)
         bend = float(d @ hd)
         if bend <= 1e-10 * rz:
             # Down to the boundary; without one, as far as χ changes by half at most or the path doubles.
@@ -152,12 +157,12 @@ def _path(
             end = radius if np.isfinite(radius) else max(2.0 * last.norm, 0.5 * length / float(np.abs(d).max()))
             tau = max(end - last.norm, 0.5 * end) / length
             change = last.change - tau * rz
-            path.append(_Knot(last.norm + tau * length, last.step + tau * d, before + tau * dx, change))
+            path.append(_Knot(last.norm + tau * length, last.step + tau * d, last.dx + tau * dx, change))
             break
         pairs.append((d, hd))
         alpha = rz / bend
         step = last.step + alpha * d
-        path.append(_Knot(preconditioner.norm(step), step, before + alpha * dx, last.change - 0.5 * alpha * rz))
+        path.append(_Knot(preconditioner.norm(step), step, last.dx + alpha * dx, last.change - 0.5 * alpha * rz))
         r = r + alpha * hd
         z = preconditioner.solve(r)
         new = float(r @ z)
@@ -167,7 +172,6 @@ def _path(
         rz = new
     if pairs:
         preconditioner.learn(pairs)
-    path[0] = _Knot(0.0, path[0].step, np.zeros_like(path[-1].dx), 0.0)
     return path, used
 
 
@@ -196,5 +200,5 @@ def _at(path: list[_Knot], norm: float) -> tuple[Floats, Floats, float]:
     return (
         (1 - share) * a.step + share * b.step,
         (1 - share) * a.dx + share * b.dx,
-        (1 - share) * a.change + (share * b.change),
+        (1 - share) * a.change + share * b.change,
     )

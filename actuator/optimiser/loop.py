@@ -178,17 +178,19 @@ class Optimiser:
     def _update(self, progress: Progress) -> bool:
         """One accepted design update, or False if Δt shrinks to nothing."""
         clock = _Clock()
-        # One fresh factorisation per accepted design: the run does not depend on where it was interrupted.
-        self.objective.equilibrium.refresh()
-        model = Model(self.objective, self._sensitivity, progress.evaluation, progress.gradient)
+        model = self._model(progress)
         clock.lap("state")
         while progress.dt > SMALLEST_STEP * self.first_step:
             step = self._inner.solve(model, progress.dt, self.max_products, progress.radius)
             clock.lap("inner")
-            taken = self._try(progress, step, clock) if step.change < 0.0 else None
+            if not step.change < 0.0:
+                progress.dt *= SHRINK
+                continue
+            taken = self._try(progress, step, clock)
             if taken is None:
+                model = self._model(progress)  # the tangent and its factors have moved to the refused design
                 clock.lap("state")
-                progress.dt = self._shorter(progress.dt, step)
+                progress.dt *= _shorter(step)
                 continue
             progress.evaluation, progress.gradient, ratio = taken
             used, progress.radius = progress.dt, step.radius
@@ -202,6 +204,14 @@ class Optimiser:
             progress.history.append(self._record(progress, used))
             return True
         return False
+
+    def _model(self, progress: Progress) -> Model:
+        """The model around the last accepted design.
+
+        With a fresh factorisation, so that a run does not depend on where it was interrupted.
+        """
+        self.objective.equilibrium.refresh()
+        return Model(self.objective, self._sensitivity, progress.evaluation, progress.gradient)
 
     def _try(self, progress: Progress, step: InnerStep, clock: _Clock) -> tuple[Evaluation, Gradient, float] | None:
         """Evaluation and gradient of a candidate, and truth over prediction; None if it is refused."""
@@ -217,12 +227,6 @@ class Optimiser:
             return None
         clock.lap("adjoint")
         return new, gradient, ratio
-
-    def _shorter(self, dt: float, step: InnerStep) -> float:
-        """A Δt with which the refused step would be held back."""
-        if step.change >= 0.0 or step.step_term == 0.0:
-            return SHRINK * dt
-        return min(SHRINK, float(np.sqrt(step.step_term / -step.change))) * dt
 
     def _record(self, progress: Progress, dt: float) -> Record:
         at, work = progress.evaluation, self.objective.equilibrium.work
@@ -261,6 +265,11 @@ class _Clock:
 
 def _part(arrays: dict[str, Floats], prefix: str) -> dict[str, Floats]:
     return {key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)}
+
+
+def _shorter(step: InnerStep) -> float:
+    """Factor on Δt with which the refused step would have been held back."""
+    return min(SHRINK, float(np.sqrt(step.step_term / -step.change)) or SHRINK)
 
 
 def _trust(agreement: float) -> float:
