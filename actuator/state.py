@@ -207,24 +207,18 @@ class Equilibrium:
     # -------------------------------------------------------------------- Newton
 
     def pressure(self, chi: Floats, x: Floats) -> Floats:
-        """Solve Eq. (5) for p at given displacements, (n_vertices,), N/mm²."""
+        """Solve Eq. (5) for p at given displacements, (n_vertices,), N/mm².
+
+        Its matrix stays factorised in :attr:`frozen_darcy_solver`.
+        """
         geometry, u = self.geometry, self.kinematics.displacement(x)
         metric = np.empty((len(geometry.cells), geometry.shape.shape[0], 6))
         elements = np.empty((len(geometry.cells), 8, 8))
         darcy_metric(geometry, u, metric)
-        self.factorise_flow(chi, metric, elements)
-        return self.frozen_darcy_solver.solve(-self.flow_residual(chi, x, np.zeros(len(chi))))
-
-    def factorise_flow(self, chi: Floats, metric: Floats, elements: Floats) -> None:
-        """Factorise the Darcy block of a design for frozen displacements, into :attr:`frozen_darcy_solver`.
-
-        Args:
-            metric: from :func:`actuator.tangent_kernels.darcy_metric`, (n_cells, n_q, 6).
-            elements: workspace, (n_cells, 8, 8).
-        """
-        darcy_tangent(self.geometry, self.source, self.coefficients, chi, metric, elements)
+        darcy_tangent(geometry, self.source, self.coefficients, chi, metric, elements)
         self.frozen_darcy_solver.factorise(self.tangent.darcy.data(elements.ravel()))
         self.work.darcy_factorisations += 1
+        return self.frozen_darcy_solver.solve(-self.flow_residual(chi, x, np.zeros(len(chi))))
 
     def solve(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> State:
         """The state of a design by Newton's method.
