@@ -15,7 +15,7 @@ from actuator.tangent import darcy_gather
 from actuator.tangent_kernels import design_tangent
 
 #: Sweeps. One sweep leaves an error of the order of the coupling's contraction rate, 0.03 on a typical design.
-SWEEPS = 2
+SWEEPS = 1
 
 
 class Sensitivity:

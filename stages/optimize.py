@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import ReducedObjective
 
-VERSION = 2
+VERSION = 3
 
 
 class OptimizerSettings(Section):

@@ -8,11 +8,11 @@ from small_case import metric_of, small_objective, start_of
 
 from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.metric import Metric
-from actuator.optimiser.model import Model
+from actuator.optimiser.model import Model, ModelPoint
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.sensitivity import Sensitivity
 
-STEPS = [0.1, 1.0, 10.0, 30.0]
+STEPS = [0.1, 0.3, 1.0, 3.0]
 PLENTY = 400
 
 
@@ -44,8 +44,13 @@ def inner(objective: ReducedObjective, metric: Metric) -> InnerProblem:
     return InnerProblem(objective, metric)
 
 
+def step_term(metric: Metric, point: ModelPoint, dt: float) -> float:
+    return metric.norm(point.delta) ** 2 / (2.0 * dt**2)
+
+
 @pytest.mark.parametrize("dt", STEPS)
 def test_solution_is_nearly_stationary(inner: InnerProblem, model: Model, metric: Metric, dt: float) -> None:
+    """As far as the model holds: where a step is so long that its displacements drift, it ends before."""
     first = metric.dual_norm(model.gradient(model.start()))
     step = inner.solve(model, dt, PLENTY)
     left = metric.dual_norm(model.gradient(step.point) + metric @ step.point.delta / dt**2)
@@ -60,20 +65,26 @@ def test_step_says_what_it_does(
     before = objective.equilibrium.work.products
     step = inner.solve(model, dt, products)
     assert step.products == objective.equilibrium.work.products - before <= products
-    assert step.change == pytest.approx(step.point.value - model.start().value, rel=1e-9)
-    assert step.step_term == pytest.approx(metric.norm(step.point.delta) ** 2 / (2.0 * dt**2), rel=1e-9)
-    assert step.change + step.step_term < 0.0
+    assert step.start.value == model.start().value
+    values = [step.start.value, *(point.value + step_term(metric, point, dt) for point in step.trail)]
+    assert len(values) > 1
+    assert (np.diff(values) < 0.0).all()
+    assert step.change(step.point) == step.point.value - step.start.value
 
 
 def test_smaller_time_step_gives_a_smaller_step(inner: InnerProblem, model: Model, metric: Metric) -> None:
     steps = [inner.solve(model, dt, PLENTY) for dt in STEPS]
     assert (np.diff([metric.norm(step.point.delta) for step in steps]) > 0.0).all()
-    assert (np.diff([step.change for step in steps]) < 0.0).all()
+    assert (np.diff([step.change(step.point) for step in steps]) < 0.0).all()
 
 
-def test_more_products_find_a_lower_point(inner: InnerProblem, model: Model) -> None:
-    few, many = (inner.solve(model, 300.0, products) for products in (5, 60))
-    assert many.change + many.step_term <= few.change + few.step_term
+def test_more_products_find_a_lower_point(inner: InnerProblem, model: Model, metric: Metric) -> None:
+    totals = []
+    for products in (3, 60):
+        inner.forget()
+        point = inner.solve(model, 300.0, products).point
+        totals.append(point.value + step_term(metric, point, 300.0))
+    assert totals[1] < totals[0]
 
 
 def test_short_step_is_steepest_descent_in_the_metric(inner: InnerProblem, model: Model, metric: Metric) -> None:
@@ -83,22 +94,25 @@ def test_short_step_is_steepest_descent_in_the_metric(inner: InnerProblem, model
     assert np.abs(step.point.delta - expected).max() < 1e-2 * np.abs(expected).max()
 
 
-def test_violated_passive_core_is_left_at_once(
+def test_violated_passive_core_is_what_a_step_mends(
     inner: InnerProblem, model: Model, start: tuple[Evaluation, Gradient]
 ) -> None:
     at, _ = start
     assert at.terms["C_chi"] > 1e4
     step = inner.solve(model, 100.0, 60)
-    assert step.point.design.passive < 1e-6 * at.terms["C_chi"]
-    assert step.change < -at.terms["C_chi"]
+    mended = at.terms["C_chi"] - step.point.design.passive
+    assert mended > 0.3 * at.terms["C_chi"]
+    assert step.change(step.point) == pytest.approx(-mended, rel=1e-3)
 
 
-def test_trust_region_holds_the_step_back(inner: InnerProblem, model: Model, metric: Metric) -> None:
-    """The radius is that of one Newton step; a small one makes the first of them small."""
-    free = inner.solve(model, 100.0, 1)
-    held = inner.solve(model, 100.0, 1, radius=1e-3 * free.radius if np.isfinite(free.radius) else 1e-3)
-    assert metric.norm(held.point.delta) < 0.5 * metric.norm(free.point.delta)
-    assert held.change < 0.0
+def test_displacements_of_the_solution_are_corrected(
+    inner: InnerProblem, model: Model, objective: ReducedObjective
+) -> None:
+    """They are closer to the true state than the linear prediction."""
+    point = inner.solve(model, 10.0, 30).point
+    predicted = model(point.delta, Sensitivity.__matmul__(model._sensitivity, point.delta))
+    assert predicted is not None
+    assert np.linalg.norm(point.force) < 0.1 * np.linalg.norm(predicted.force)
 
 
 def test_no_state_is_solved_for(inner: InnerProblem, objective: ReducedObjective, model: Model) -> None:

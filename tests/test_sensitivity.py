@@ -60,7 +60,7 @@ def test_state_moves_as_the_map_says(case: Case) -> None:
     after, before = (equilibrium.solve(state.chi + s * case.direction, (state.x, state.p)).x for s in (step, -step))
     equilibrium.refresh()
     moved = (after - before) / (2.0 * step)
-    assert np.abs(case.sensitivity() @ case.direction - moved).max() < 1e-2 * np.abs(moved).max()
+    assert np.abs(case.sensitivity() @ case.direction - moved).max() < 3e-2 * np.abs(moved).max()
 
 
 @pytest.mark.parametrize("sweeps", [1, 2, 3])

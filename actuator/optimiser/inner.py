@@ -1,36 +1,60 @@
 """The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
-Newton's method with a trust region: preconditioned conjugate gradients up to its boundary (Steihaug 1983,
-doi:10.1137/0720042), and a search back along the path they took. No mechanical factorisation is needed.
+A proximal Newton method: each Newton step minimises the quadratic of the physics together with the terms that depend
+on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are dear and subproblems cheap, so
+that a subproblem is solved for every product, with what all products so far have told. After each Newton step the
+displacements are corrected with the factors at hand, which lets the model follow the truth over several of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 
+from actuator.design_terms import DesignTerms
 from actuator.domain import Floats
+from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
-from actuator.optimiser.preconditioner import Preconditioner
+from actuator.optimiser.subproblem import Subproblem
 from actuator.reduced import ReducedObjective
-from actuator.tangent import symmetric_product
 
 MAX_NEWTON = 60
-MAX_CG = 40
-#: Relative residual at which conjugate gradients stop.
-FORCING = 0.1
-#: Most corrections of the design Hessian by what lies ahead.
-LOOK_AHEAD = 4
-#: Search along the path: factor per trial and the length at which it is given up; share of the predicted decrease
-#: that is enough, and the one above which the trust region grows and not only widens.
-SHRINK, SHORTEST, ENOUGH, GOOD = 0.4, 1e-4, 0.1, 0.6
-GROW, WIDEN = 2.5, 1.2
+#: Most Hessian products in one Newton step; it ends when this many brought less than this part of its gain.
+MAX_PRODUCTS, LAST, LITTLE = 30, 3, 0.1
+#: Lengths that are tried along a subproblem's solution, longest first.
+LENGTHS = (1.0, 0.6, 0.36, 0.2, 0.1, 0.04, 0.015, 0.005, 0.001)
+#: Search back from the end of a Newton step: factor per trial, least length, and share of the promise that is enough.
+SHRINK, SHORTEST, ENOUGH = 0.4, 1e-3, 0.1
+#: Share of the force residual that a correction of the displacements may leave where it moves the objective by more
+#: than a part of the gain; beyond that, their prediction is spent.
+DRIFT, MATTERS = 0.3, 0.01
+#: Truth over promise of a Newton step below and above which the trust in the quadratic falls and grows.
+POOR, GOOD = 0.4, 0.75
+TIGHTEN, LOOSEN = 4.0, 1.0 / 3.0
+LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
 #: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
 WINDOW, STALLED = 4, 0.05
+#: Share of all that was gained below which a Newton step is not worth more products, nor another Newton step.
+WORTHLESS = 1e-3
+#: Curvature of the physics before anything is known, per unit change of χ in the root mean square.
+GUESS = 1e-2
+#: Length over which the norm of the design smooths, in interface widths L_i.
+SMOOTHING = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How far the quadratic of the physics is trusted.
+
+    Attributes:
+        damping: μ of μ/2 ‖d‖², the norm being the root mean square of a step d and of its gradient times a length.
+        reach: largest change of χ in a Newton step.
+    """
+
+    damping: float = 1.0
+    reach: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -38,167 +62,186 @@ class InnerStep:
     """Solution of the inner problem.
 
     Attributes:
-        point: the model there.
-        change: predicted change of the total objective, without the step term; negative if a step was found.
-        step_term: C_t of the step.
+        start: the model at δ = 0.
+        trail: the model after each Newton step, the solution last; empty if no step was found.
         newton, products: Newton steps and Hessian products it took.
-        radius: trust region to begin the next inner problem with.
+        trust: to begin the next inner problem with.
     """
 
-    point: ModelPoint
-    change: float
-    step_term: float
+    start: ModelPoint
+    trail: tuple[ModelPoint, ...]
     newton: int
     products: int
-    radius: float
+    trust: Trust
+
+    @property
+    def point(self) -> ModelPoint:
+        """The solution; the start if no step was found."""
+        return self.trail[-1] if self.trail else self.start
+
+    def change(self, point: ModelPoint) -> float:
+        """Predicted change of the total objective at a point of the trail, without the step term."""
+        return point.value - self.start.value
+
+
+@dataclass
+class _Newton:
+    """A Newton step: d, S d, what it promises, and the products it took."""
+
+    step: Floats
+    dx: Floats
+    change: float = 0.0
+    products: int = 0
 
 
 @dataclass(frozen=True)
-class _Knot:
-    """A corner of the path of conjugate gradients: its norm, the step, S times it, and the quadratic's change."""
+class _Landing:
+    """Where a search back along a Newton step ended.
 
-    norm: float
-    step: Floats
-    dx: Floats
-    change: float
+    Attributes:
+        point: low enough, with corrected displacements; None if there is none.
+        length, quality: share of the step, and truth over its promise.
+        drifted: whether the displacements have moved so far that the factors at hand no longer correct them.
+    """
+
+    point: ModelPoint | None = None
+    length: float = 0.0
+    quality: float = 0.0
+    drifted: bool = False
 
 
 class InnerProblem:
-    """Solves the inner problems of one case; reuses the analysis of the preconditioner's pattern."""
+    """Solves the inner problems of one case.
+
+    What Hessian products told is kept from one inner problem to the next: :attr:`curvature` is part of where an
+    optimisation stands.
+    """
 
     def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
         self._objective, self._metric = objective, metric
-        self._preconditioner = Preconditioner(objective.equilibrium.design_solver, metric, objective.design.gather)
+        equilibrium = objective.equilibrium
+        self._norm = Metric(
+            objective.discretisation,
+            SMOOTHING * objective.objective.interface_width,
+            objective.design.gather,
+            solver=equilibrium.solver,
+            threads=equilibrium.threads,
+        )
+        self._subproblem = Subproblem(objective.design, equilibrium.design_solver, self._norm)
+        self.curvature = Curvature(self._norm, GUESS / self._norm.volume)
 
-    def solve(self, model: Model, dt: float, max_products: int, radius: float = np.inf) -> InnerStep:
+    def forget(self) -> None:
+        """Begin another optimisation."""
+        self.curvature.restore(np.empty((2, 0, self._norm.size)))
+
+    def solve(self, model: Model, dt: float, max_products: int, trust: Trust | None = None) -> InnerStep:
         """Minimise from δ = 0.
 
         Args:
             dt: Δt.
             max_products: Hessian products after which the best step so far is returned.
-            radius: of the trust region of the first Newton step, in the norm of the preconditioner.
+            trust: for the first Newton step.
         """
-        metric, preconditioner = self._metric, self._preconditioner
-        preconditioner.forget()
+        # The model is new: mistrust of the last one counts no more.
+        trust = Trust() if trust is None else Trust(min(trust.damping, 1.0), max(trust.reach, 0.3))
         now = start = model.start()
+        trail: list[ModelPoint] = []
         gains, products, newton = [0.0], 0, 0
-
-        def value(at: ModelPoint) -> float:
-            return at.value + 0.5 * float(at.delta @ (metric @ at.delta)) / dt**2
-
-        while newton < MAX_NEWTON and products < max_products:
+        while newton < MAX_NEWTON and products < max_products and trust.damping < TIGHTEST:
             newton += 1
-            gradient = model.gradient(now) + metric @ now.delta / dt**2
-            hessian = self._objective.design.gather.matrix(self._look_ahead(now, gradient, dt))
-
-            def product(v: Floats, at: ModelPoint = now, upper: sp.csr_array = hessian) -> tuple[Floats, Floats]:
-                physics, dx = model.product(at, v)
-                return physics + symmetric_product(upper, v) + metric @ v / dt**2, dx
-
-            origin = _Knot(0.0, np.zeros_like(now.delta), np.zeros_like(now.dx), 0.0)
-            limit = min(MAX_CG, max_products - products)
-            path, used = _path(product, gradient, preconditioner, origin, radius, limit)
-            products += used
-            found = _search(model, value, now, path, min(radius, path[-1].norm))
-            if found is None:
+            limit = min(MAX_PRODUCTS, max_products - products)
+            step = self._newton_step(model, now, dt, trust, limit, WORTHLESS * gains[-1])
+            products += step.products
+            landing = self._land(model, now, step, dt)
+            if landing.point is not None:
+                now = landing.point
+                trail.append(now)
+                gains.append(self._value(start, dt) - self._value(now, dt))
+                if gains[-1] - gains[-2] < WORTHLESS * gains[-1]:
+                    break
+            if landing.drifted and trail:
                 break
-            now, reached, quality = found
-            if reached < path[-1].norm or np.isfinite(radius):
-                radius = reached * (GROW if quality > GOOD else WIDEN)
-            gains.append(value(start) - value(now))
+            trust = _adapted(trust, step, landing)
             if len(gains) > WINDOW and gains[-1] - gains[-1 - WINDOW] < STALLED * gains[-1]:
                 break
-        step_term = 0.5 * float(now.delta @ (metric @ now.delta)) / dt**2
-        return InnerStep(now, now.value - start.value, step_term, newton, products, radius)
+        return InnerStep(start, tuple(trail), newton, products, trust)
 
-    def _look_ahead(self, now: ModelPoint, gradient: Floats, dt: float) -> Floats:
-        """Factorise the preconditioner and return the design Hessian it uses, data of the upper triangle.
+    def _value(self, at: ModelPoint, dt: float) -> float:
+        return at.value + 0.5 * float(at.delta @ (self._metric @ at.delta)) / dt**2
 
-        C_χ and C_i are walls that the Hessian at a point inside them does not show. A cheap step without the
-        physics tells which parts of the walls it would run into; their curvature is averaged in.
+    def _newton_step(self, model: Model, now: ModelPoint, dt: float, trust: Trust, limit: int, worth: float) -> _Newton:
+        """Minimise the quadratic of the physics plus everything that is cheap, from where the model is.
+
+        Not more than ``limit`` products are made, and few if they promise less than ``worth``.
         """
-        hessian, walls = now.design.hessian, now.design.passive + now.design.slope
-        for _ in range(LOOK_AHEAD):
-            self._preconditioner.factorise(hessian, dt)
-            step = -self._preconditioner.plain(gradient)
-            there = self._objective.design(now.chi + step / max(1.0, float(np.abs(step).max())))
-            if there.passive + there.slope <= 2.0 * walls + 1e-3 * abs(now.value):
-                return hessian
-            hessian = 0.5 * (hessian + there.hessian)
-        self._preconditioner.factorise(hessian, dt)
-        return hessian
+        metric, norm, damping = self._metric, self._norm, trust.damping / self._norm.volume
+        physics = model.gradient(now) - now.design.gradient
+        quadratic = metric.upper / dt**2 + damping * norm.upper
+        result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx))
+        bent = np.zeros_like(physics)  # Hessian of the physics times the step
+        design, gains = now.design, []
+
+        while result.products < limit:
+            linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (norm @ result.step)
+            at = now.chi + result.step
+            proposal = self._subproblem.solve(at, design, linear, self.curvature, quadratic, trust.reach)
+            if proposal is None:
+                break
+            s = proposal.step
+            hs, dx = model.product(now, s)
+            result.products += 1
+            self.curvature.learn(s, hs)
+            bend = float(s @ (hs + metric @ s / dt**2 + damping * (norm @ s)))
+            length, gain, design = self._along(at, s, proposal.design, design, float(linear @ s), bend)
+            gains.append(gain)
+            result.step, result.dx, bent = result.step + length * s, result.dx + length * dx, bent + length * hs
+            result.change -= gain
+            if float(np.abs(result.step).max()) > trust.reach:
+                break
+            if len(gains) > LAST and sum(gains[-LAST:]) < max(LITTLE * sum(gains), worth):
+                break
+        return result
+
+    def _along(
+        self, chi: Floats, s: Floats, end: DesignTerms, start: DesignTerms, slope: float, bend: float
+    ) -> tuple[float, float, DesignTerms]:
+        """Best of the lengths along a step, its gain, and the design terms there; zero if none is lower."""
+        best = 0.0, 0.0, start
+        for length in LENGTHS:
+            terms = end if length == 1.0 else self._objective.design(chi + length * s)
+            gain = start.value - terms.value - length * slope - 0.5 * length**2 * bend
+            if gain > best[1]:
+                best = length, gain, terms
+            elif best[0] > 0.0:
+                break
+        return best
+
+    def _land(self, model: Model, now: ModelPoint, step: _Newton, dt: float) -> _Landing:
+        """Back along a Newton step to where the model is low enough after a correction of its displacements."""
+        length, start = 1.0, self._value(now, dt)
+        drifted = False
+        while step.change < 0.0 and length > SHORTEST and not (drifted and now.delta.any()):
+            trial = model(now.delta + length * step.step, now.dx + length * step.dx)
+            if trial is not None and (self._value(trial, dt) - start) / step.change > ENOUGH * length:
+                corrected = model.corrected(trial)
+                if corrected is not None:
+                    gain, moved = start - self._value(corrected, dt), abs(corrected.value - trial.value)
+                    left = np.linalg.norm(corrected.force) > DRIFT * np.linalg.norm(trial.force)
+                    if -gain / step.change > ENOUGH * length:
+                        return _Landing(corrected, length, -gain / step.change, bool(left and moved > MATTERS * gain))
+                drifted = True
+            length *= SHRINK
+        return _Landing(drifted=drifted)
 
 
-def _path(
-    product: Callable[[Floats], tuple[Floats, Floats]],
-    gradient: Floats,
-    preconditioner: Preconditioner,
-    origin: _Knot,
-    radius: float,
-    limit: int,
-) -> tuple[list[_Knot], int]:
-    """Conjugate gradients from the origin: up to ``radius``, along negative curvature, or to the forcing term.
-
-    The preconditioner learns the pairs it passed.
-    """
-    r, z = gradient, preconditioner.solve(gradient)
-    rz = float(r @ z)
-    target, d = FORCING**2 * rz, -z
-    path, pairs = [origin], []
-    used = 0
-    while used < limit:
-        hd, dx = product(d)
-        used += 1
-        last = path[-1]
-        bend = float(d @ hd)
-        if bend <= 1e-10 * rz:
-            # Down to the boundary; without one, as far as χ changes by half at most or the path doubles.
-            length = preconditioner.norm(d)
-            end = radius if np.isfinite(radius) else max(2.0 * last.norm, 0.5 * length / float(np.abs(d).max()))
-            tau = max(end - last.norm, 0.5 * end) / length
-            change = last.change - tau * rz
-            path.append(_Knot(last.norm + tau * length, last.step + tau * d, last.dx + tau * dx, change))
-            break
-        pairs.append((d, hd))
-        alpha = rz / bend
-        step = last.step + alpha * d
-        path.append(_Knot(preconditioner.norm(step), step, last.dx + alpha * dx, last.change - 0.5 * alpha * rz))
-        r = r + alpha * hd
-        z = preconditioner.solve(r)
-        new = float(r @ z)
-        if new <= target or path[-1].norm >= radius:
-            break
-        d = -z + new / rz * d
-        rz = new
-    if pairs:
-        preconditioner.learn(pairs)
-    return path, used
-
-
-def _search(
-    model: Model, value: Callable[[ModelPoint], float], now: ModelPoint, path: list[_Knot], end: float
-) -> tuple[ModelPoint, float, float] | None:
-    """Back along the path from norm ``end`` to a point that is low enough.
-
-    Returns the point, its norm, and truth over prediction there; None if nothing on the path is lower.
-    """
-    start, reached = value(now), end
-    while reached > SHORTEST * end:
-        step, dx, change = _at(path, reached)
-        trial = model(now.delta + step, now.dx + dx)
-        if trial is not None and value(trial) - start < ENOUGH * change:
-            return trial, reached, (value(trial) - start) / change
-        reached *= SHRINK
-    return None
-
-
-def _at(path: list[_Knot], norm: float) -> tuple[Floats, Floats, float]:
-    """Step, S times it, and the quadratic's change where the path reaches a norm."""
-    index = next((i for i, knot in enumerate(path) if i and knot.norm >= norm), len(path) - 1)
-    a, b = path[index - 1], path[index]
-    share = min(1.0, (norm - a.norm) / (b.norm - a.norm)) if b.norm > a.norm else 1.0
-    return (
-        (1 - share) * a.step + share * b.step,
-        (1 - share) * a.dx + share * b.dx,
-        (1 - share) * a.change + share * b.change,
-    )
+def _adapted(trust: Trust, step: _Newton, landing: _Landing) -> Trust:
+    """Trust after a Newton step."""
+    if landing.point is None:
+        return Trust(trust.damping * TIGHTEN, trust.reach * SHRINK)
+    size = landing.length * float(np.abs(step.step).max())
+    if landing.length < 1.0:
+        return Trust(trust.damping * TIGHTEN, size)
+    if landing.quality < POOR:
+        return replace(trust, damping=trust.damping * TIGHTEN)
+    damping = max(LOOSEST, trust.damping * LOOSEN) if landing.quality > GOOD else trust.damping
+    return Trust(damping, max(trust.reach, min(2.0 * size, FARTHEST)))

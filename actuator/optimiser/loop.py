@@ -15,9 +15,9 @@ import numpy as np
 
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
-from actuator.optimiser.inner import InnerProblem, InnerStep
+from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
 from actuator.optimiser.metric import Metric
-from actuator.optimiser.model import Model
+from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.stationarity import stationarity
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.sensitivity import Sensitivity
@@ -25,6 +25,8 @@ from actuator.sensitivity import Sensitivity
 #: Truth over prediction: least for a step to be taken, and what shrinks, keeps, widens and grows Δt.
 ACCEPT, POOR, GOOD, VERY_GOOD = 0.05, 0.25, 0.5, 0.8
 SHRINK, WIDEN, GROW = 0.4, 1.5, 3.0
+#: After a refusal, an earlier point of the inner problem that promises at most this part is tried.
+RETREAT = 0.4
 #: Share of the step term in the predicted change above which Δt is what limits the step.
 BINDING = 0.02
 #: The search ends where Δt has shrunk to this part of its first value.
@@ -42,7 +44,7 @@ class Progress:
 
     Attributes:
         evaluation, gradient: of the last accepted design.
-        dt, radius: Δt and trust region of the next update.
+        dt, trust: Δt of the next update and how far its inner problem trusts quadratics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
         inner: Newton steps of all inner problems.
@@ -52,7 +54,7 @@ class Progress:
     evaluation: Evaluation
     gradient: Gradient
     dt: float
-    radius: float = np.inf
+    trust: Trust = field(default_factory=Trust)
     history: list[Record] = field(default_factory=list)
     evaluations: int = 1
     inner: int = 0
@@ -112,6 +114,7 @@ class Optimiser:
         Raises:
             actuator.state.NoState: if it has no state.
         """
+        self._inner.forget()
         clock = _Clock()
         evaluation = self.objective.evaluate(chi)
         clock.lap("state")
@@ -132,7 +135,8 @@ class Optimiser:
             "adjoint_x": progress.gradient.adjoint[0],
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
-            "scalars": np.array([progress.dt, progress.radius]),
+            "curvature": self._inner.curvature.pairs,
+            "scalars": np.array([progress.dt, progress.trust.damping, progress.trust.reach]),
             **columns,
         }
 
@@ -141,7 +145,8 @@ class Optimiser:
         evaluation = self.objective.evaluate(np.array(arrays["chi"]), (np.array(arrays["x"]), np.array(arrays["p"])))
         adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
         gradient = Gradient(np.array(arrays["gradient"]), adjoint)
-        dt, radius = (float(v) for v in arrays["scalars"])
+        dt, damping, reach = (float(v) for v in arrays["scalars"])
+        self._inner.curvature.restore(np.array(arrays["curvature"]))
         columns = _part(arrays, "history.")
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
@@ -150,7 +155,14 @@ class Optimiser:
             setattr(work, key, int(last[key]))
         seconds = {part: last[f"seconds_{part}"] for part in PARTS}
         return Progress(
-            evaluation, gradient, dt, radius, history, int(last["evaluations"]), int(last["inner"]), seconds
+            evaluation,
+            gradient,
+            dt,
+            Trust(damping, reach),
+            history,
+            int(last["evaluations"]),
+            int(last["inner"]),
+            seconds,
         )
 
     # --------------------------------------------------------------------- loop
@@ -181,29 +193,40 @@ class Optimiser:
         model = self._model(progress)
         clock.lap("state")
         while progress.dt > SMALLEST_STEP * self.first_step:
-            step = self._inner.solve(model, progress.dt, self.max_products, progress.radius)
+            step = self._inner.solve(model, progress.dt, self.max_products, progress.trust)
             clock.lap("inner")
-            if not step.change < 0.0:
-                progress.dt *= SHRINK
-                continue
-            taken = self._try(progress, step, clock)
-            if taken is None:
-                model = self._model(progress)  # the tangent and its factors have moved to the refused design
-                clock.lap("state")
-                progress.dt *= _shorter(step)
+            taken, point = None, step.trail[-1] if step.trail else None
+            while point is not None:
+                taken = self._try(progress, point, step.change(point), clock)
+                if taken is not None:
+                    break
+                point = _earlier(step, point)
+            if taken is None or point is None:
+                if step.trail:
+                    model = self._model(progress)  # the tangent and its factors have moved to the refused design
+                    clock.lap("state")
+                    progress.dt = min(SHRINK * progress.dt, self._holding(step.trail[0], step))
+                else:
+                    progress.dt *= SHRINK
                 continue
             progress.evaluation, progress.gradient, ratio = taken
-            used, progress.radius = progress.dt, step.radius
-            # Δt grows only where the step term weighs something in the model.
-            bound = step.step_term > BINDING * abs(step.change)
+            used, progress.trust = progress.dt, step.trust
+            # Δt grows only where the step term weighs something in the model and all of the step was taken.
+            change, step_term = step.change(point), 0.5 * (self.metric.norm(point.delta) / used) ** 2
+            free = point is step.trail[-1] and step_term > BINDING * abs(change)
             factor = _trust(min(ratio, 2.0 - ratio))
-            progress.dt *= factor if bound else min(factor, 1.0)
+            progress.dt *= factor if free else min(factor, 1.0)
             progress.inner += step.newton
             for part, seconds in clock.parts.items():
                 progress.seconds[part] += seconds
             progress.history.append(self._record(progress, used))
             return True
         return False
+
+    def _holding(self, refused: ModelPoint, step: InnerStep) -> float:
+        """Δt at which the step term of a refused point would have eaten up what it promised."""
+        change = -step.change(refused)
+        return self.metric.norm(refused.delta) / float(np.sqrt(2.0 * change)) if change > 0.0 else np.inf
 
     def _model(self, progress: Progress) -> Model:
         """The model around the last accepted design.
@@ -213,13 +236,15 @@ class Optimiser:
         self.objective.equilibrium.refresh()
         return Model(self.objective, self._sensitivity, progress.evaluation, progress.gradient)
 
-    def _try(self, progress: Progress, step: InnerStep, clock: _Clock) -> tuple[Evaluation, Gradient, float] | None:
+    def _try(
+        self, progress: Progress, point: ModelPoint, change: float, clock: _Clock
+    ) -> tuple[Evaluation, Gradient, float] | None:
         """Evaluation and gradient of a candidate, and truth over prediction; None if it is refused."""
         progress.evaluations += 1
         try:
-            new = self.objective.evaluate(step.point.chi, (step.point.x, step.point.p))
+            new = self.objective.evaluate(point.chi, (point.x, point.p))
             clock.lap("state")
-            ratio = (new.value - progress.evaluation.value) / step.change
+            ratio = (new.value - progress.evaluation.value) / change
             if not ratio > ACCEPT:
                 return None
             gradient = self.objective.gradient(new, progress.gradient.adjoint)
@@ -267,9 +292,10 @@ def _part(arrays: dict[str, Floats], prefix: str) -> dict[str, Floats]:
     return {key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)}
 
 
-def _shorter(step: InnerStep) -> float:
-    """Factor on Δt with which the refused step would have been held back."""
-    return min(SHRINK, float(np.sqrt(step.step_term / -step.change)) or SHRINK)
+def _earlier(step: InnerStep, refused: ModelPoint) -> ModelPoint | None:
+    """The last point before a refused one that promises at most :data:`RETREAT` of what it did."""
+    limit = RETREAT * step.change(refused)
+    return next((point for point in reversed(step.trail) if step.change(point) >= limit), None)
 
 
 def _trust(agreement: float) -> float:

@@ -30,6 +30,7 @@ class ModelPoint:
         delta, dx: δ (n_vertices,) and S δ (n_x,).
         chi, x, p: design and predicted state.
         value: m(δ).
+        force: residual of the mechanical equations, (n_x,).
         tip: nodal residual forces, right on Γ only, (n_nodes, 3), N.
         design: the terms that depend on χ alone.
         gradient: dm/dδ, (n_vertices,); from :meth:`Model.gradient`.
@@ -42,6 +43,7 @@ class ModelPoint:
     x: Floats
     p: Floats
     value: float
+    force: Floats
     tip: Floats
     design: DesignTerms
     gradient: Floats | None = None
@@ -86,8 +88,15 @@ class Model:
         design = objective.design(chi)
         leak = 0.5 * float(p @ (objective.leak @ p))
         value = main_objective(x, objective.load) + design.value + leak + float(energy) + float(self._adjoint @ force)
-        self._factorised = point = ModelPoint(delta, dx, chi, x, p, value, nodal, design)
+        self._factorised = point = ModelPoint(delta, dx, chi, x, p, value, force, nodal, design)
         return point
+
+    def corrected(self, at: ModelPoint) -> ModelPoint | None:
+        """The model with the displacements moved by one step of Newton's method with the factors at hand.
+
+        How much its value differs tells how far the model may be trusted there.
+        """
+        return self(at.delta, at.dx - self._objective.equilibrium.mechanical_solver.solve(at.force, check=None))
 
     def gradient(self, at: ModelPoint) -> Floats:
         """dm/dδ at a point, (n_vertices,); kept there."""

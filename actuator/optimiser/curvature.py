@@ -1,0 +1,86 @@
+"""What Hessian products have told about the curvature of the physics.
+
+    B = σ N + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
+
+the limited-memory BFGS update (Nocedal & Wright 2006, ch. 7.2) of a multiple of a design norm's matrix N. It is kept as
+a sparse matrix plus low rank with signs, so that it can be added to another sparse matrix and inverted by Woodbury's
+formula.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from actuator.domain import Floats
+from actuator.optimiser.metric import Metric
+
+#: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.
+MEMORY, SLACK = 60, 12
+#: Least share of sᵀBs in sᵀy; less curvature than that is raised to it (Powell 1978, doi:10.1007/BFb0067703).
+DAMPING = 0.2
+
+
+class Curvature:
+    """Positive definite model B of the Hessian of all that depends on the state.
+
+    Args:
+        base: N.
+        scale: σ.
+
+    Attributes:
+        columns: (n_vertices, r) of the low-rank part.
+        signs: ±1 for each of them, (r,).
+    """
+
+    def __init__(self, base: Metric, scale: float) -> None:
+        self._base, self.scale = base, scale
+        self._pairs: list[tuple[Floats, Floats]] = []
+        self._clear()
+
+    def _clear(self) -> None:
+        self._columns = np.empty((self._base.size, 2 * (MEMORY + SLACK + 1)), order="F")
+        self.signs: Floats = np.empty(0)
+
+    @property
+    def pairs(self) -> Floats:
+        """All that has been learnt and kept: directions and products, (2, k, n_vertices)."""
+        return np.array(self._pairs).reshape(-1, 2, self._base.size).transpose(1, 0, 2)
+
+    def restore(self, pairs: Floats) -> None:
+        """Forget all and take up :attr:`pairs` of before."""
+        self._pairs = [(s, y) for s, y in zip(*pairs, strict=True)]
+        self._rebuild()
+
+    @property
+    def columns(self) -> Floats:
+        return self._columns[:, : len(self.signs)]
+
+    def __matmul__(self, v: Floats) -> Floats:
+        """B v."""
+        columns = self.columns
+        return self.scale * (self._base @ v) + columns @ (self.signs * (columns.T @ v))
+
+    def learn(self, s: Floats, y: Floats) -> None:
+        """Take up a direction s and its Hessian product y."""
+        self._pairs.append((s, y))
+        if len(self._pairs) > MEMORY + SLACK:
+            self._pairs = self._pairs[-MEMORY:]
+            self._rebuild()
+        else:
+            self._update(s, y)
+
+    def _rebuild(self) -> None:
+        self._clear()
+        for s, y in self._pairs:
+            self._update(s, y)
+
+    def _update(self, s: Floats, y: Floats) -> None:
+        b = self @ s
+        known, seen = float(s @ b), float(s @ y)
+        if seen < DAMPING * known:
+            share = (1.0 - DAMPING) * known / (known - seen)
+            y = share * y + (1.0 - share) * b
+        rank = len(self.signs)
+        self._columns[:, rank] = y / np.sqrt(float(s @ y))
+        self._columns[:, rank + 1] = b / np.sqrt(known)
+        self.signs = np.append(self.signs, (1.0, -1.0))
