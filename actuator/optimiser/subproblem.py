@@ -81,14 +81,17 @@ class Subproblem:
             for _ in range(LOOK_AHEAD):
                 p = -self._inverse(hessian + quadratic, curvature, residual)
                 q = curvature @ p + symmetric_product(matrix, p)
+                slope = float(residual @ p)
+                if not slope < 0.0:
+                    return Proposal(s, value, there) if value < 0.0 else None
                 length = min(1.0, LARGEST / float(np.abs(p).max()))
                 low, ahead = objective(s + length * p, bent + length * q)
-                if low < value + enough * length * float(residual @ p):
+                if low < value + enough * length * slope:
                     break
                 hessian = 0.5 * (hessian + ahead.hessian)
             else:
                 enough = SOME
-            while not low < value + enough * length * float(residual @ p) and length > SHORTEST:
+            while not low < value + enough * length * slope and length > SHORTEST:
                 length *= SHRINK
                 low, ahead = objective(s + length * p, bent + length * q)
             if not low < value:
