@@ -110,7 +110,7 @@ def test_displacements_of_the_solution_are_corrected(
 ) -> None:
     """They are closer to the true state than the linear prediction."""
     point = inner.solve(model, 10.0, 30).point
-    predicted = model(point.delta, Sensitivity.__matmul__(model._sensitivity, point.delta))
+    predicted = model(point.delta, model._sensitivity @ point.delta)
     assert predicted is not None
     assert np.linalg.norm(point.force) < 0.1 * np.linalg.norm(predicted.force)
 

@@ -26,6 +26,8 @@ MAX_NEWTON = 20
 LOOK_AHEAD, SHRINK, SHORTEST = 8, 0.4, 1e-5
 #: Largest change of χ in one Newton step, and share of the linear decrease that is enough.
 LARGEST, ENOUGH, SOME = 1.0, 0.05, 1e-4
+#: Largest shift of a Hessian that is not positive definite, over that of B: more means that something else is wrong.
+LARGEST_SHIFT = 1e18
 #: The search ends when a Newton step brings less than this part of all that was gained.
 STALLED = 0.05
 
@@ -106,12 +108,14 @@ class Subproblem:
         """(sparse + B)⁻¹ r; more of the norm's matrix where the sparse part is not positive definite."""
         upper = self._norm.upper
         shift = curvature.scale
-        for _ in range(30):
+        while True:
             try:
                 self._solver.factorise(data + shift * upper)
                 break
             except SolveFailure:
                 shift *= 4.0
+                if not shift < LARGEST_SHIFT * curvature.scale:
+                    raise
         z = self._solver.solve(r, check=None)
         columns = curvature.columns
         if columns.shape[1] == 0:
