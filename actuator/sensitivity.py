@@ -8,6 +8,7 @@ exact gradient and a symmetric Hessian, however rough the map.
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 
 from actuator.domain import Floats
 from actuator.state import Equilibrium, State
@@ -23,7 +24,12 @@ class Sensitivity:
 
     Args:
         equilibrium: its factors serve; another linearisation must not come between two uses.
+
+    Attributes:
+        flows: derivative of the flow equations with respect to χ at the state, (n_p, n_vertices).
     """
+
+    flows: sp.csr_array
 
     def __init__(self, equilibrium: Equilibrium) -> None:
         self._equilibrium = equilibrium
@@ -38,13 +44,13 @@ class Sensitivity:
         forces, flows = np.empty((n_cells, 20, 3, 8)), np.empty((n_cells, 8, 8))
         design_tangent(geometry, equilibrium.coefficients, state.chi, state.displacement, state.p, forces, flows)
         self._forces = tangent.force_block(forces, state.x)
-        self._flows = self._flow.matrix(self._flow.data(flows.ravel()))
+        self.flows = self._flow.matrix(self._flow.data(flows.ravel()))
 
     def __matmul__(self, direction: Floats) -> Floats:
         """dx (n_x,) of a change of the design (n_vertices,)."""
         equilibrium = self._equilibrium
         tangent, mechanics, darcy = equilibrium.tangent, equilibrium.mechanical_solver, equilibrium.darcy_solver
-        force, flow = self._forces @ direction, self._flows @ direction
+        force, flow = self._forces @ direction, self.flows @ direction
         dx = np.zeros(len(force))
         for _ in range(SWEEPS):
             dp = darcy.solve(-flow - tangent.px @ dx, check=None)
@@ -59,4 +65,4 @@ class Sensitivity:
         for _ in range(SWEEPS):
             lx = mechanics.solve(gradient - tangent.px.T @ lp, check=None)
             lp = darcy.solve(-(tangent.xp.T @ lx), check=None)
-        return -(self._forces.T @ lx) - self._flows.T @ lp
+        return -(self._forces.T @ lx) - self.flows.T @ lp

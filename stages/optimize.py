@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import ReducedObjective
 
-VERSION = 3
+VERSION = 4
 
 
 class OptimizerSettings(Section):

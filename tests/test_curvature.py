@@ -38,6 +38,18 @@ def test_nothing_learnt_is_the_scaled_norm(curvature: Curvature, metric: Metric)
     assert curvature.columns.shape == (metric.size, 0)
 
 
+def test_another_diagonal_keeps_the_pairs(curvature: Curvature, metric: Metric) -> None:
+    rng, matrix = np.random.default_rng(6), hessian(metric.size)
+    s, v = rng.standard_normal((2, metric.size))
+    curvature.learn(s, matrix @ s)
+    diagonal = np.abs(rng.standard_normal(metric.size))
+    curvature.rebase(diagonal)
+    assert curvature.pairs.shape == (2, 1, metric.size)
+    np.testing.assert_allclose(curvature @ s, matrix @ s, rtol=1e-9, atol=1e-9 * np.abs(matrix @ s).max())
+    curvature.restore(np.empty((2, 0, metric.size)))
+    np.testing.assert_allclose(curvature @ v, SCALE * (metric @ v) + diagonal * v)
+
+
 def test_last_product_is_reproduced(curvature: Curvature, metric: Metric) -> None:
     rng, matrix = np.random.default_rng(0), hessian(metric.size)
     for _ in range(10):

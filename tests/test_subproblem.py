@@ -36,7 +36,8 @@ class Problem:
         upper = self.objective.design.gather.matrix(self.quadratic).toarray()
         columns = self.curvature.columns
         low_rank = columns * self.curvature.signs @ columns.T
-        return np.asarray(upper + np.triu(upper, 1).T + self.curvature.scale * self.norm.matrix.toarray() + low_rank)
+        base = self.curvature.scale * self.norm.matrix.toarray() + np.diag(self.curvature.diagonal)
+        return np.asarray(upper + np.triu(upper, 1).T + base + low_rank)
 
     def value(self, s: Floats) -> float:
         return float(
@@ -59,6 +60,7 @@ def problem(*, inside: bool, pairs: int) -> Problem:
     if inside:
         chi = 0.05 * chi - 20.0
     curvature = Curvature(norm, 1e-2 / norm.volume)
+    curvature.rebase(1e-4 * rng.random(norm.size))
     for _ in range(pairs):
         s = rng.standard_normal(norm.size)
         curvature.learn(s, 30.0 * (norm @ s) / norm.volume)

@@ -1,10 +1,11 @@
 """What Hessian products have told about the curvature of the physics.
 
-    B = σ N + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
+    B = σ N + diag(d) + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
 
-the limited-memory BFGS update (Nocedal & Wright 2006, ch. 7.2) of a multiple of a design norm's matrix N. It is kept as
-a sparse matrix plus low rank with signs, so that it can be added to another sparse matrix and inverted by Woodbury's
-formula.
+the limited-memory BFGS update (Nocedal & Wright 2006, ch. 7.2) of a multiple of a design norm's matrix N plus an
+estimate d of the curvature at each vertex. Without d, every subproblem runs into one more of the hundreds of directions
+in which the leak and the strain limit are stiff. B is kept as a sparse matrix plus low rank with signs, so that it can
+be added to another sparse matrix and inverted by Woodbury's formula.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ class Curvature:
         scale: σ.
 
     Attributes:
+        diagonal: d, (n_vertices,).
         columns: (n_vertices, r) of the low-rank part.
         signs: ±1 for each of them, (r,).
     """
 
     def __init__(self, base: Metric, scale: float) -> None:
         self._base, self.scale = base, scale
+        self.diagonal: Floats = np.zeros(base.size)
         self._pairs: list[tuple[Floats, Floats]] = []
         self._clear()
 
@@ -51,6 +54,11 @@ class Curvature:
         self._pairs = [(s, y) for s, y in zip(*pairs, strict=True)]
         self._rebuild()
 
+    def rebase(self, diagonal: Floats) -> None:
+        """Take up another d, (n_vertices,), not negative; the pairs stay."""
+        self.diagonal = diagonal
+        self._rebuild()
+
     @property
     def columns(self) -> Floats:
         return self._columns[:, : len(self.signs)]
@@ -58,7 +66,7 @@ class Curvature:
     def __matmul__(self, v: Floats) -> Floats:
         """B v."""
         columns = self.columns
-        return self.scale * (self._base @ v) + columns @ (self.signs * (columns.T @ v))
+        return self.scale * (self._base @ v) + self.diagonal * v + columns @ (self.signs * (columns.T @ v))
 
     def learn(self, s: Floats, y: Floats) -> None:
         """Take up a direction s and its Hessian product y."""

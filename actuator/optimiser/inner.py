@@ -32,7 +32,7 @@ SHRINK, SHORTEST, ENOUGH = 0.4, 1e-3, 0.1
 DRIFT, MATTERS = 0.3, 0.01
 #: Truth over promise of a Newton step below and above which the trust in the quadratic falls and grows.
 POOR, GOOD = 0.4, 0.75
-TIGHTEN, LOOSEN = 4.0, 1.0 / 3.0
+TIGHTEN, LOOSEN = 4.0, 0.1
 LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
 #: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
 WINDOW, STALLED = 4, 0.05
@@ -145,6 +145,8 @@ class InnerProblem:
         # The model is new: mistrust of the last one counts no more.
         trust = Trust() if trust is None else Trust(min(trust.damping, 1.0), max(trust.reach, 0.3))
         now = start = model.start()
+        model.gradient(now)
+        self.curvature.rebase(model.diagonal(now))
         trail: list[ModelPoint] = []
         gains, products, newton = [0.0], 0, 0
         while newton < MAX_NEWTON and products < max_products and trust.damping < TIGHTEST:

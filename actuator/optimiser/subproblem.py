@@ -52,6 +52,7 @@ class Subproblem:
 
     def __init__(self, design: DesignObjective, solver: DirectSolver, norm: Metric) -> None:
         self._design, self._solver, self._norm = design, solver, norm
+        self._diagonal = design.gather.indptr[:-1]  # an upper triangle's rows begin with the diagonal
 
     def solve(
         self, chi: Floats, at: DesignTerms, linear: Floats, curvature: Curvature, quadratic: Floats, reach: float
@@ -106,8 +107,9 @@ class Subproblem:
 
     def _inverse(self, data: Floats, curvature: Curvature, r: Floats) -> Floats:
         """(sparse + B)⁻¹ r; more of the norm's matrix where the sparse part is not positive definite."""
-        upper = self._norm.upper
-        shift = curvature.scale
+        upper, shift = self._norm.upper, curvature.scale
+        data = data.copy()
+        data[self._diagonal] += curvature.diagonal
         while True:
             try:
                 self._solver.factorise(data + shift * upper)
