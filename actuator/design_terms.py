@@ -73,6 +73,13 @@ class DesignObjective:
             float(values[3]) / self._weights[3],
         )
 
+    def passive_share(self, chi: Floats) -> float:
+        """Share of the solid {χ > 0} that lies in the passive core, where the bound of C_χ is negative."""
+        geometry = self._geometry
+        volume = geometry.volume[geometry.section] * (chi[geometry.cells] @ geometry.shape.T > 0.0)
+        solid = float(volume.sum())
+        return float(volume[self._limit[geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
+
 
 def passive_limit(radii: Floats, radius: float, interface_width: float) -> Floats:
     """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R).

@@ -129,6 +129,25 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=True))
 
 
+class Picture(StrEnum):
+    """Formats of figures."""
+
+    PNG = "png"
+    SVG = "svg"
+
+
+@app.command()
+def plot(
+    case: Source,
+    format: Annotated[Picture, typer.Option("--format", help="Of histories and section; views are PNG.")] = Picture.PNG,
+    output: Output = None,
+) -> None:
+    """Draw an optimised design: histories, section with pressure, and views."""
+    from pipeline import commands
+
+    typer.echo(commands.plot(commands.open_job(case, output), format))
+
+
 @app.command()
 def convert(
     source: Annotated[Path, typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).")],

@@ -15,7 +15,7 @@ from pipeline.job import Job
 from pipeline.plan import Step, plan
 from pipeline.progress import Reporter, reporting
 
-__all__ = ["open_job", "perform", "plan", "steps_json", "steps_text"]
+__all__ = ["open_job", "perform", "plan", "plot", "steps_json", "steps_text"]
 
 
 def open_job(argument: Path, output: Path | None = None, **changes: Any) -> Job:
@@ -69,6 +69,22 @@ def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
     if as_json:
         return json.dumps(summary.as_json(execution, files), indent=2)
     return summary.as_text(execution, files)
+
+
+def plot(job: Job, format: str) -> str:
+    """Draw the optimised design of a job as it is; returns the names of the files.
+
+    Raises:
+        Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), or the folder cannot be made (USAGE).
+        OSError: if the disk does not take a figure.
+    """
+    from pipeline.design import read_design  # loads drawing libraries
+    from pipeline.plots import plot_design
+
+    design = read_design(job.artifact("optimize"))
+    _make(job.files.folder)
+    files, problems = plot_design(design, job.files.folder, format)
+    return "\n".join([*map(str, files), *problems])
 
 
 def _make(folder: Path) -> None:

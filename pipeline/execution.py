@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -76,7 +77,7 @@ class Execution:
             summary, datasets, grid = stage(step)
         except failure.Failure as error:
             raise Fault(_FAILURES.get(type(error), ExitCode.NOT_CONVERGED), f"{step.stage}: {error}") from error
-        summary["stage_seconds"] = time.perf_counter() - start
+        summary |= {"stage_seconds": time.perf_counter() - start, "peak_memory": _peak_memory()}
         header = Header(
             stage=step.stage,
             stage_version=stage_version(step.stage),
@@ -155,6 +156,16 @@ class Execution:
             "checks": result.report["checks"],
         }
         return summary, {}, None
+
+
+def _peak_memory() -> int | None:
+    """Largest memory this process has held so far, bytes; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return int(peak) if sys.platform == "darwin" else 1024 * int(peak)
 
 
 def _where_to_resume(last: checkpoint.Checkpoint | None) -> str:

@@ -1,14 +1,8 @@
-"""Pictures of the part.
-
-VTK draws them off screen where it can. Without any OpenGL library it does not fail but crash, so it draws in a process
-of its own; if that ends badly, matplotlib draws a plainer picture.
-"""
+"""Pictures of the part: VTK draws them where it can, and else matplotlib plainer ones."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +10,15 @@ import numpy as np
 import trimesh
 from manifold3d import Manifold, Mesh64
 from numpy.typing import NDArray
-from PIL import Image
 
 from pipeline.atomic import replacing
+from pipeline.offscreen import drawn_apart, reduce_colours
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SIZE = (1400, 700)
 BODY, CUT, PAPER = "#7fa7c9", "#e8a33d", "#ffffff"
-LONGEST_DRAWING = 120.0  # s; a driver that hangs must not hang the pipeline
 #: Directions to the eye: for the whole, and for the half that is cut open.
 OUTSIDE, INSIDE = (1.0, -1.3, 0.75), (0.35, -1.0, 0.3)
 
@@ -43,27 +36,12 @@ def draw_part(part: Path, picture: Path) -> None:
     solid = trimesh.load_mesh(part)
     vertices, triangles = np.array(solid.vertices), np.array(solid.faces)
     with replacing(picture) as temporary:
-        if not _draw_apart(vertices, triangles, temporary):
+        drawn = drawn_apart("pipeline.figures", {"vertices": vertices, "triangles": triangles})
+        if drawn is None:
             _draw_with_matplotlib(vertices, triangles, temporary)
-        with Image.open(temporary, formats=["PNG"]) as drawn:  # 256 colours halve the file and look the same
-            small = drawn.convert("RGB").quantize(256)
-        small.save(temporary, format="PNG", optimize=True)
-
-
-def _draw_apart(vertices: Floats, triangles: Ints, png: Path) -> bool:
-    """Draw with VTK in a process of its own; whether there is a picture."""
-    with tempfile.TemporaryDirectory() as folder:
-        surface, drawn = Path(folder) / "surface.npz", Path(folder) / "drawn.png"
-        np.savez(surface, vertices=vertices, triangles=triangles)
-        command = [sys.executable, "-P", "-m", "pipeline.figures", str(surface), str(drawn)]
-        try:
-            ended = subprocess.run(command, capture_output=True, timeout=LONGEST_DRAWING, check=False)
-        except (OSError, subprocess.TimeoutExpired):
-            return False
-        if ended.returncode != 0 or not drawn.is_file():
-            return False
-        png.write_bytes(drawn.read_bytes())
-    return True
+        else:
+            temporary.write_bytes(drawn)
+        reduce_colours(temporary)
 
 
 def _draw_with_vtk(vertices: Floats, triangles: Ints, png: Path) -> None:

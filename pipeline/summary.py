@@ -14,9 +14,10 @@ def as_json(execution: Execution, files: list[str]) -> dict[str, Any]:
     stages = dict(execution.summaries)
     seconds = {stage: summary["stage_seconds"] for stage, summary in stages.items()}
     for stage, summary in stages.items():
-        stages[stage] = {key: value for key, value in summary.items() if key != "stage_seconds"}
+        stages[stage] = {key: value for key, value in summary.items() if key not in ("stage_seconds", "peak_memory")}
+    memory = [summary["peak_memory"] for summary in execution.summaries.values() if summary.get("peak_memory")]
     found = {"name": execution.job.case.name, **stages.pop("optimize", {})}
-    return found | stages | {"files": files, "stage_seconds": seconds}
+    return found | stages | {"files": files, "stage_seconds": seconds, "peak_memory": max(memory, default=None)}
 
 
 def as_text(execution: Execution, files: list[str]) -> str:
@@ -27,6 +28,9 @@ def as_text(execution: Execution, files: list[str]) -> str:
         lines += _design_lines(stages["optimize"])
     if "export" in stages:
         lines += _part_lines(stages["export"])
+    memory = [summary["peak_memory"] for summary in stages.values() if summary.get("peak_memory")]
+    if memory:
+        lines.append(_line("peak memory", f"{max(memory) / 2**30:.2f} GiB"))
     times = ", ".join(f"{stage} {summary['stage_seconds']:.1f}" for stage, summary in stages.items())
     lines.append(_line("seconds", times))
     lines += [_line("files" if file == files[0] else "", file) for file in files]
@@ -40,6 +44,30 @@ def _design_lines(design: Mapping[str, Any]) -> list[str]:
         _line("T3", f"{design['T3']:.4f} mm"),
         _line("theta2", f"{math.degrees(design['theta2']):.3f} degrees"),
         _line("spring elongation", f"{design['spring_elongation']:.3f} mm"),
+        *(_line("constraints" if row == 0 else "", text) for row, text in enumerate(_constraints(design))),
+        _line("stationarity", f"{design['stationarity']:.1e}"),
+        *(_line("work" if row == 0 else "", text) for row, text in enumerate(_work(design))),
+    ]
+
+
+def _constraints(design: Mapping[str, Any]) -> list[str]:
+    """How well the penalised constraints are met, in physical terms."""
+    return [
+        f"largest p / p_in on the outer wall {design['wall_leak']:.1e}",
+        f"largest energy density over its limit {design['energy_ratio']:.3f}",
+        f"steepest interface over its limit {design['steepest']:.3f}",
+        f"share of the solid in the passive core {design['passive_share']:.1e}",
+    ]
+
+
+def _work(design: Mapping[str, Any]) -> list[str]:
+    """What the design cost."""
+    work, seconds = design["work"], design["seconds_per_part"]
+    return [
+        f"{design['updates']} updates, {design['evaluations']} evaluations, {work['factorisations']} factorisations",
+        f"{work['newton']} Newton, {work['krylov']} Krylov iterations, {work['inner']} inner steps, "
+        f"{work['products']} Hessian products",
+        "seconds: " + ", ".join(f"{part} {time:.1f}" for part, time in seconds.items()),
     ]
 
 

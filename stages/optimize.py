@@ -144,7 +144,8 @@ def run(
 def _result(
     domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
 ) -> Result:
-    from actuator.reduced import spring_elongation  # as in run
+    from actuator.optimiser.loop import COUNTS  # as in run
+    from actuator.reduced import spring_elongation
 
     progress, at = outcome.progress, outcome.progress.evaluation
     history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}
@@ -163,9 +164,11 @@ def _result(
         "wall_leak": float(wall.max()) / pressure if pressure > 0.0 else 0.0,
         "energy_ratio": at.energy_ratio,
         "steepest": at.design.steepest,
+        "passive_share": objective.design.passive_share(at.chi),
         "stationarity": progress.history[-1]["stationarity"],
         "updates": len(progress.history) - 1,
         "evaluations": progress.evaluations,
+        "work": {key: int(progress.history[-1][key]) for key in (*COUNTS, "inner")},
         "seconds": progress.history[-1]["seconds"],
         "seconds_per_part": dict(progress.seconds),
         "converged": outcome.converged,

@@ -140,6 +140,20 @@ def test_passive_void_of_a_known_field(reduced: ReducedObjective, field: Floats)
     assert reduced.design(field).passive == pytest.approx(expected, rel=1e-11)
 
 
+@pytest.mark.parametrize("field", [BUSY, 3.0 * ONES], ids=["busy", "uniform"])
+def test_share_of_the_solid_in_the_passive_core(reduced: ReducedObjective, field: Floats) -> None:
+    linear, _ = bases(DOMAIN)
+    _, x2, x3 = np.asarray(linear.global_coordinates())
+    solid = linear.dx * (np.asarray(linear.interpolate(field)) > 0.0)
+    expected = np.sum(solid * (printed_limit(np.hypot(x2, x3)) < 0.0)) / np.sum(solid)
+    assert 0.02 < expected < 0.5
+    assert reduced.design.passive_share(field) == pytest.approx(expected, rel=1e-11)
+
+
+def test_no_solid_no_share(reduced: ReducedObjective) -> None:
+    assert reduced.design.passive_share(-ONES) == 0.0
+
+
 def test_nothing_is_passive_in_a_void(reduced: ReducedObjective) -> None:
     terms = reduced.design(-40.0 * ONES)
     assert terms.passive == 0.0

@@ -1,0 +1,61 @@
+"""An optimised design as its artifact holds it, for drawing and reporting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline import artifact, contents
+
+if TYPE_CHECKING:
+    from actuator.domain import HalfCylinder
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design and its state.
+
+    Attributes:
+        name: of the case.
+        domain: half cylinder.
+        chi: χ at the vertices, (n_vertices,).
+        pressure: p over the source pressure at the vertices, (n_vertices,).
+        displacement: u at the vertices, (n_vertices, 3), mm.
+        history: columns by name, one entry per design.
+        summary: of the stage.
+    """
+
+    name: str
+    domain: HalfCylinder
+    chi: Floats
+    pressure: Floats
+    displacement: Floats
+    history: dict[str, Floats]
+    summary: dict[str, Any]
+
+
+def read_design(path: Path) -> Design:
+    """Read the artifact of ``optimize``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    domain, chi = contents.design(path, "optimize")
+    pressure, displacement = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement")
+    case = artifact.read_header(path).case_resolved
+    source = case["load"]["pressure_ratio"] * case["material"]["youngs_modulus"]
+    return Design(
+        case["name"],
+        domain,
+        chi,
+        pressure / source if source > 0.0 else pressure,
+        displacement[: len(chi)],
+        artifact.read_group(path, "optimize", "history"),
+        contents.summary(path, "optimize"),
+    )

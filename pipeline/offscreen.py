@@ -1,0 +1,38 @@
+"""Drawing with VTK in a process of its own: without any OpenGL library VTK does not fail but crash."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+LONGEST_DRAWING = 120.0  # s; a driver that hangs must not hang the pipeline
+
+
+def drawn_apart(module: str, arrays: dict[str, NDArray[np.generic]]) -> bytes | None:
+    """Have a module draw arrays into a PNG; None if it ended badly.
+
+    Args:
+        module: is run with two arguments, an .npz file of the arrays and the PNG to write.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        given, drawn = Path(folder) / "given.npz", Path(folder) / "drawn.png"
+        np.savez(given, allow_pickle=False, **arrays)
+        command = [sys.executable, "-P", "-m", module, str(given), str(drawn)]
+        try:
+            ended = subprocess.run(command, capture_output=True, timeout=LONGEST_DRAWING, check=False)
+        except (OSError, subprocess.TimeoutExpired):
+            return None
+        return drawn.read_bytes() if ended.returncode == 0 and drawn.is_file() else None
+
+
+def reduce_colours(png: Path) -> None:
+    """Store a PNG with 256 colours, which halves the file and looks the same."""
+    with Image.open(png, formats=["PNG"]) as drawn:
+        small = drawn.convert("RGB").quantize(256)
+    small.save(png, format="PNG", optimize=True)
