@@ -9,7 +9,7 @@ from typing import Any
 import stages.optimize
 from pipeline import artifact
 from pipeline.artifact import Dataset, Header
-from pipeline.exit_codes import Fault
+from pipeline.exit_codes import ExitCode, Fault
 from pipeline.job import Job
 from pipeline.keys import checkpoint_key, plain
 from stages.events import DesignUpdate, Event
@@ -72,6 +72,9 @@ def find(job: Job, *, finished: bool) -> tuple[Checkpoint | None, str]:
     Args:
         job: the case and its files.
         finished: whether to look into the finished artifact as well as for an interrupted run.
+
+    Raises:
+        Fault: if it has more design updates than the case allows, which a shorter run would replace (USAGE).
     """
     remark = ""
     found: list[Checkpoint] = []
@@ -83,6 +86,7 @@ def find(job: Job, *, finished: bool) -> tuple[Checkpoint | None, str]:
             remark = f"a checkpoint is not used: {fault}"
             continue
         if checkpoint:
+            _refuse_longer(path, checkpoint.updates, job.case.optimizer.max_updates)
             found.append(checkpoint)
     if not found:
         return None, remark
@@ -90,8 +94,17 @@ def find(job: Job, *, finished: bool) -> tuple[Checkpoint | None, str]:
     return last, ""
 
 
+def _refuse_longer(path: Path, updates: int, allowed: int) -> None:
+    if updates > allowed:
+        raise Fault(
+            ExitCode.USAGE,
+            f"{path}: holds {updates} design updates of this case, more than the {allowed} asked for, and would be "
+            "replaced; raise optimizer.max_updates (--updates), choose another --output, or start over with --fresh.",
+        )
+
+
 def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
-    """The checkpoint in a file, unless it is of another path or too far along it."""
+    """The checkpoint in a file, unless it is of another path."""
     if not path.exists():
         return None
     header = artifact.read_header(path)
@@ -99,6 +112,4 @@ def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
     if checkpoint_key(header.case_resolved, header.stage_version) != key:
         return None
     updates = int(artifact.read(path, stage, "progress/updates")[0])
-    if updates > job.case.optimizer.max_updates:
-        return None
     return Checkpoint(updates, artifact.read_group(path, stage, "checkpoint"))

@@ -62,6 +62,17 @@ def test_more_updates_continue_from_the_finished_design(folder: Path, poro: Poro
     assert "after design update 1" in ended.err
 
 
+def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> None:
+    before = (folder / "tiny.h5").read_bytes()
+    fewer = ("optimize", "tiny.yaml", "--output", ".", "--updates", 0, "--threads", 1)
+    ended = poro(*fewer)
+    assert ended.code == ExitCode.USAGE
+    assert "tiny.h5: holds 1 design updates of this case, more than the 0 asked for" in ended.err
+    assert (folder / "tiny.h5").read_bytes() == before
+    assert poro(*fewer, "--fresh").code == ExitCode.OK
+    assert len(artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]) == 1
+
+
 def test_case_without_a_state_ends_with_code_3(folder: Path, poro: Poro) -> None:
     (folder / "wild.yaml").write_text(TINY + "load: {pressure_ratio: 1.0e+6}\n")
     ended = poro("optimize", "wild.yaml", "--output", "wild", "--updates", 0, "--threads", 1)
