@@ -61,9 +61,14 @@ class DesignObjective:
         n_cells = len(self._geometry.cells)
         self._g, self._h = np.empty((n_cells, 8)), np.empty((n_cells, 8, 8))
 
+    def value(self, chi: Floats) -> float:
+        """Sum of the terms alone, to the last bit that of a whole evaluation, at a fraction of the price."""
+        values = design_terms(self._geometry, self._limit, self._weights, chi, self._g, self._h, False)
+        return sum(float(value) for value in values[:3])
+
     def __call__(self, chi: Floats) -> DesignTerms:
         """Evaluate at a design (n_vertices,)."""
-        values = design_terms(self._geometry, self._limit, self._weights, chi, self._g, self._h)
+        values = design_terms(self._geometry, self._limit, self._weights, chi, self._g, self._h, True)
         return DesignTerms(
             float(values[0]),
             float(values[1]),
@@ -94,16 +99,20 @@ def passive_limit(radii: Floats, radius: float, interface_width: float) -> Float
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def design_terms(geometry, limit, weights, chi, g, h):
-    """C_χ, C_A, C_i and the largest ‖∇χ‖ (1/mm); writes element gradients (n_cells, 8) and Hessians (n_cells, 8, 8)."""
+def design_terms(geometry, limit, weights, chi, g, h, derivatives):
+    """C_χ, C_A, C_i and the largest ‖∇χ‖ (1/mm).
+
+    Writes element gradients (n_cells, 8) and Hessians (n_cells, 8, 8) if ``derivatives`` are wanted.
+    """
     passive_weight, area_weight, slope_weight, slope_limit = weights
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     values = np.zeros((n_cells, 4))
     for e in prange(n_cells):
         s = geometry.section[e]
         grad, project = np.empty(3), np.empty(8)
-        g[e] = 0.0
-        h[e] = 0.0
+        if derivatives:
+            g[e] = 0.0
+            h[e] = 0.0
         for q in range(n_q):
             dx = geometry.volume[s, q]
             x = interpolate(chi, geometry.cells[e], geometry.shape[q])
@@ -128,6 +137,8 @@ def design_terms(geometry, limit, weights, chi, g, h):
                 values[e, 2] += slope_weight / 6.0 * dx * cube * cube
                 across = slope_weight * dx * cube * excess * excess / norm
                 along = (5.0 * slope_weight * dx * cube * excess - across) / (norm * norm)
+            if not derivatives:
+                continue
             for a in range(8):
                 d = geometry.gradient[s, q, a]
                 project[a] = grad[0] * d[0] + grad[1] * d[1] + grad[2] * d[2]

@@ -188,6 +188,11 @@ def test_gradient_and_hessian_of_the_design_terms(reduced: ReducedObjective, act
         assert max(slopes) < 1e-9 * np.linalg.norm(at.gradient)
 
 
+@pytest.mark.parametrize("field", [BUSY, 3.0 * ONES, -40.0 * ONES], ids=["busy", "uniform", "void"])
+def test_value_alone_is_the_same_to_the_last_bit(reduced: ReducedObjective, field: Floats) -> None:
+    assert reduced.design.value(field) == reduced.design(field).value
+
+
 def test_design_terms_and_product_fit_together(reduced: ReducedObjective) -> None:
     evaluation = reduced.evaluate(initial_design(X, RADIUS, WIDTH))
     d = np.random.default_rng(2).normal(size=ONES.shape)

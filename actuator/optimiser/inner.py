@@ -111,11 +111,7 @@ class _Landing:
 
 
 class InnerProblem:
-    """Solves the inner problems of one case.
-
-    What Hessian products told is kept from one inner problem to the next: :attr:`curvature` is part of where an
-    optimisation stands.
-    """
+    """Solves the inner problems of one case."""
 
     def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
         self._objective, self._metric = objective, metric
@@ -128,31 +124,39 @@ class InnerProblem:
             threads=equilibrium.threads,
         )
         self._subproblem = Subproblem(objective.design, equilibrium.design_solver, self._norm)
-        self.curvature = Curvature(self._norm, GUESS / self._norm.volume)
 
-    def forget(self) -> None:
-        """Begin another optimisation."""
-        self.curvature.restore(np.empty((2, 0, self._norm.size)))
+    def blank(self) -> Curvature:
+        """The curvature of which no product has told anything yet."""
+        return Curvature(self._norm, GUESS / self._norm.volume)
 
-    def solve(self, model: Model, dt: float, max_products: int, trust: Trust | None = None) -> InnerStep:
+    def solve(
+        self,
+        model: Model,
+        dt: float,
+        max_products: int,
+        curvature: Curvature | None = None,
+        trust: Trust | None = None,
+    ) -> InnerStep:
         """Minimise from δ = 0.
 
         Args:
             dt: Δt.
             max_products: Hessian products after which the best step so far is returned.
+            curvature: what earlier products told; those of this inner problem are added to it.
             trust: for the first Newton step.
         """
+        curvature = self.blank() if curvature is None else curvature
         # The model is new: mistrust of the last one counts no more.
         trust = Trust() if trust is None else Trust(min(trust.damping, 1.0), max(trust.reach, 0.3))
         now = start = model.start()
         model.gradient(now)
-        self.curvature.rebase(model.diagonal(now))
+        curvature.rebase(model.diagonal(now))
         trail: list[ModelPoint] = []
         gains, products, newton = [0.0], 0, 0
         while newton < MAX_NEWTON and products < max_products and trust.damping < TIGHTEST:
             newton += 1
             limit = min(MAX_PRODUCTS, max_products - products)
-            step = self._newton_step(model, now, dt, trust, limit, WORTHLESS * gains[-1])
+            step = self._newton_step(model, now, dt, curvature, trust, limit, WORTHLESS * gains[-1])
             products += step.products
             landing = self._land(model, now, step, dt)
             if landing.point is not None:
@@ -171,7 +175,9 @@ class InnerProblem:
     def _value(self, at: ModelPoint, dt: float) -> float:
         return at.value + 0.5 * float(at.delta @ (self._metric @ at.delta)) / dt**2
 
-    def _newton_step(self, model: Model, now: ModelPoint, dt: float, trust: Trust, limit: int, worth: float) -> _Newton:
+    def _newton_step(
+        self, model: Model, now: ModelPoint, dt: float, curvature: Curvature, trust: Trust, limit: int, worth: float
+    ) -> _Newton:
         """Minimise the quadratic of the physics plus everything that is cheap, from where the model is.
 
         Not more than ``limit`` products are made, and few if they promise less than ``worth``.
@@ -186,13 +192,13 @@ class InnerProblem:
         while result.products < limit:
             linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (norm @ result.step)
             at = now.chi + result.step
-            proposal = self._subproblem.solve(at, design, linear, self.curvature, quadratic, trust.reach)
+            proposal = self._subproblem.solve(at, design, linear, curvature, quadratic, trust.reach)
             if proposal is None:
                 break
             s = proposal.step
             hs, dx = model.product(now, s)
             result.products += 1
-            self.curvature.learn(s, hs)
+            curvature.learn(s, hs)
             bend = float(s @ (hs + metric @ s / dt**2 + damping * (norm @ s)))
             length, gain, design = self._along(at, s, proposal.design, design, float(linear @ s), bend)
             gains.append(gain)
@@ -208,15 +214,17 @@ class InnerProblem:
         self, chi: Floats, s: Floats, end: DesignTerms, start: DesignTerms, slope: float, bend: float
     ) -> tuple[float, float, DesignTerms]:
         """Best of the lengths along a step, its gain, and the design terms there; zero if none is lower."""
-        best = 0.0, 0.0, start
+        design = self._objective.design
+        best, most = 0.0, 0.0
         for length in LENGTHS:
-            terms = end if length == 1.0 else self._objective.design(chi + length * s)
-            gain = start.value - terms.value - length * slope - 0.5 * length**2 * bend
-            if gain > best[1]:
-                best = length, gain, terms
-            elif best[0] > 0.0:
+            value = end.value if length == 1.0 else design.value(chi + length * s)
+            gain = start.value - value - length * slope - 0.5 * length**2 * bend
+            if gain > most:
+                best, most = length, gain
+            elif best > 0.0:
                 break
-        return best
+        there = start if best == 0.0 else end if best == 1.0 else design(chi + best * s)
+        return best, most, there
 
     def _land(self, model: Model, now: ModelPoint, step: _Newton, dt: float) -> _Landing:
         """Back along a Newton step to where the model is low enough after a correction of its displacements."""

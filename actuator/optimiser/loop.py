@@ -15,6 +15,7 @@ import numpy as np
 
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
+from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
@@ -44,7 +45,9 @@ class Progress:
 
     Attributes:
         evaluation, gradient: of the last accepted design.
-        dt, trust: Δt of the next update and how far its inner problem trusts quadratics.
+        dt: Δt of the next update.
+        curvature: what Hessian products have told so far.
+        trust: how far the next inner problem trusts quadratics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
         inner: Newton steps of all inner problems.
@@ -54,6 +57,7 @@ class Progress:
     evaluation: Evaluation
     gradient: Gradient
     dt: float
+    curvature: Curvature
     trust: Trust = field(default_factory=Trust)
     history: list[Record] = field(default_factory=list)
     evaluations: int = 1
@@ -114,13 +118,12 @@ class Optimiser:
         Raises:
             actuator.state.NoState: if it has no state.
         """
-        self._inner.forget()
         clock = _Clock()
         evaluation = self.objective.evaluate(chi)
         clock.lap("state")
         gradient = self.objective.gradient(evaluation)
         clock.lap("adjoint")
-        progress = Progress(evaluation, gradient, self.first_step, seconds=clock.parts)
+        progress = Progress(evaluation, gradient, self.first_step, self._inner.blank(), seconds=clock.parts)
         progress.history.append(self._record(progress, 0.0))
         return progress
 
@@ -135,7 +138,7 @@ class Optimiser:
             "adjoint_x": progress.gradient.adjoint[0],
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
-            "curvature": self._inner.curvature.pairs,
+            "curvature": progress.curvature.pairs,
             "scalars": np.array([progress.dt, progress.trust.damping, progress.trust.reach]),
             **columns,
         }
@@ -146,7 +149,8 @@ class Optimiser:
         adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
         gradient = Gradient(np.array(arrays["gradient"]), adjoint)
         dt, damping, reach = (float(v) for v in arrays["scalars"])
-        self._inner.curvature.restore(np.array(arrays["curvature"]))
+        curvature = self._inner.blank()
+        curvature.restore(np.array(arrays["curvature"]))
         columns = _part(arrays, "history.")
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
@@ -158,6 +162,7 @@ class Optimiser:
             evaluation,
             gradient,
             dt,
+            curvature,
             Trust(damping, reach),
             history,
             int(last["evaluations"]),
@@ -193,7 +198,7 @@ class Optimiser:
         model = self._model(progress)
         clock.lap("state")
         while progress.dt > SMALLEST_STEP * self.first_step:
-            step = self._inner.solve(model, progress.dt, self.max_products, progress.trust)
+            step = self._inner.solve(model, progress.dt, self.max_products, progress.curvature, progress.trust)
             clock.lap("inner")
             taken, point = None, step.trail[-1] if step.trail else None
             while point is not None:

@@ -74,9 +74,8 @@ class Subproblem:
         bent = np.zeros_like(chi)  # (B + Q) s
         there, value = at, 0.0
 
-        def objective(s: Floats, bent: Floats) -> tuple[float, DesignTerms]:
-            terms = self._design(chi + s)
-            return float(linear @ s) + 0.5 * float(s @ bent) + terms.value - at.value, terms
+        def objective(s: Floats, bent: Floats, design: float) -> float:
+            return float(linear @ s) + 0.5 * float(s @ bent) + design - at.value
 
         for _ in range(MAX_NEWTON):
             residual = linear + bent + there.gradient
@@ -88,19 +87,21 @@ class Subproblem:
                 if not slope < 0.0:
                     return Proposal(s, value, there) if value < 0.0 else None
                 length = min(1.0, LARGEST / float(np.abs(p).max()))
-                low, ahead = objective(s + length * p, bent + length * q)
+                ahead = self._design(chi + (s + length * p))
+                low = objective(s + length * p, bent + length * q, ahead.value)
                 if low < value + enough * length * slope:
                     break
                 hessian = 0.5 * (hessian + ahead.hessian)
             else:
                 enough = SOME
+            first = length
             while not low < value + enough * length * slope and length > SHORTEST:
                 length *= SHRINK
-                low, ahead = objective(s + length * p, bent + length * q)
+                low = objective(s + length * p, bent + length * q, self._design.value(chi + (s + length * p)))
             if not low < value:
                 break
             s, bent = s + length * p, bent + length * q
-            drop, value, there = value - low, low, ahead
+            drop, value, there = value - low, low, ahead if length == first else self._design(chi + s)
             if drop < STALLED * -value or float(np.abs(s).max()) > reach:
                 break
         return Proposal(s, value, there) if value < 0.0 else None
