@@ -81,7 +81,6 @@ def test_smaller_time_step_gives_a_smaller_step(inner: InnerProblem, model: Mode
 def test_more_products_find_a_lower_point(inner: InnerProblem, model: Model, metric: Metric) -> None:
     totals = []
     for products in (1, 60):
-        inner.forget()
         point = inner.solve(model, 300.0, products).point
         totals.append(point.value + step_term(metric, point, 300.0))
     assert totals[1] < totals[0]

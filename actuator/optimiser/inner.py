@@ -38,10 +38,8 @@ LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
 WINDOW, STALLED = 4, 0.05
 #: Share of all that was gained below which a Newton step is not worth more products, nor another Newton step.
 WORTHLESS = 1e-3
-#: Curvature of the physics before anything is known, per unit change of χ in the root mean square.
+#: Curvature of the physics before anything is known, per unit step in the norm of C_t over the volume.
 GUESS = 1e-2
-#: Length over which the norm of the design smooths, in interface widths L_i.
-SMOOTHING = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ class Trust:
     """How far the quadratic of the physics is trusted.
 
     Attributes:
-        damping: μ of μ/2 ‖d‖², the norm being the root mean square of a step d and of its gradient times a length.
+        damping: μ of μ/2 ‖d‖², where ‖d‖² is the root mean square of a step d and of L_t times its gradient, squared.
         reach: largest change of χ in a Newton step.
     """
 
@@ -115,19 +113,11 @@ class InnerProblem:
 
     def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
         self._objective, self._metric = objective, metric
-        equilibrium = objective.equilibrium
-        self._norm = Metric(
-            objective.discretisation,
-            SMOOTHING * objective.objective.interface_width,
-            objective.design.gather,
-            solver=equilibrium.solver,
-            threads=equilibrium.threads,
-        )
-        self._subproblem = Subproblem(objective.design, equilibrium.design_solver, self._norm)
+        self._subproblem = Subproblem(objective.design, objective.equilibrium.design_solver, metric)
 
     def blank(self) -> Curvature:
         """The curvature of which no product has told anything yet."""
-        return Curvature(self._norm, GUESS / self._norm.volume)
+        return Curvature(self._metric, GUESS / self._metric.volume)
 
     def solve(
         self,
@@ -182,15 +172,15 @@ class InnerProblem:
 
         Not more than ``limit`` products are made, and few if they promise less than ``worth``.
         """
-        metric, norm, damping = self._metric, self._norm, trust.damping / self._norm.volume
+        metric, damping = self._metric, trust.damping / self._metric.volume
         physics = model.gradient(now) - now.design.gradient
-        quadratic = metric.upper / dt**2 + damping * norm.upper
+        quadratic = (1.0 / dt**2 + damping) * metric.upper
         result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx))
         bent = np.zeros_like(physics)  # Hessian of the physics times the step
         design, gains = now.design, []
 
         while result.products < limit:
-            linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (norm @ result.step)
+            linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (metric @ result.step)
             at = now.chi + result.step
             proposal = self._subproblem.solve(at, design, linear, curvature, quadratic, trust.reach)
             if proposal is None:
@@ -199,7 +189,7 @@ class InnerProblem:
             hs, dx = model.product(now, s)
             result.products += 1
             curvature.learn(s, hs)
-            bend = float(s @ (hs + metric @ s / dt**2 + damping * (norm @ s)))
+            bend = float(s @ hs) + (1.0 / dt**2 + damping) * float(s @ (metric @ s))
             length, gain, design = self._along(at, s, proposal.design, design, float(linear @ s), bend)
             gains.append(gain)
             result.step, result.dx, bent = result.step + length * s, result.dx + length * dx, bent + length * hs
