@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline import artifact, contents
+from pipeline.case import stored_case
 
 if TYPE_CHECKING:
     from actuator.domain import HalfCylinder
@@ -48,13 +49,13 @@ def read_design(path: Path) -> Design:
     """
     domain, chi = contents.design(path, "optimize")
     pressure, displacement = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement")
-    case = artifact.read_header(path).case_resolved
-    source = case["load"]["pressure_ratio"] * case["material"]["youngs_modulus"]
+    case = stored_case(artifact.read_header(path).case_resolved, path)
+    _, load, _ = case.optimize.parameters()
     return Design(
-        case["name"],
+        case.name,
         domain,
         chi,
-        pressure / source if source > 0.0 else pressure,
+        pressure / load.pressure if load.pressure > 0.0 else pressure,
         displacement[: len(chi)],
         artifact.read_group(path, "optimize", "history"),
         contents.summary(path, "optimize"),

@@ -12,15 +12,15 @@ from manifold3d import Manifold, Mesh64
 from numpy.typing import NDArray
 
 from pipeline.atomic import replacing
-from pipeline.offscreen import drawn_apart, reduce_colours
+from pipeline.offscreen import ABOVE, BODY, PAPER, drawn_apart, reduce_colours
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SIZE = (1400, 700)
-BODY, CUT, PAPER = "#7fa7c9", "#e8a33d", "#ffffff"
+CUT = "#e8a33d"
 #: Directions to the eye: for the whole, and for the half that is cut open.
-OUTSIDE, INSIDE = (1.0, -1.3, 0.75), (0.35, -1.0, 0.3)
+OUTSIDE, INSIDE = ABOVE, (0.35, -1.0, 0.3)
 
 
 def draw_part(part: Path, picture: Path) -> None:

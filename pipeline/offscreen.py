@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+#: What all pictures of solids share: colours, and the direction to the eye that shows one from above.
+BODY, PAPER = "#7fa7c9", "#ffffff"
+ABOVE = (1.0, -1.3, 0.75)
 LONGEST_DRAWING = 120.0  # s; a driver that hangs must not hang the pipeline
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pipeline.atomic import replacing
 from pipeline.design import Design, Floats
 from pipeline.offscreen import drawn_apart, reduce_colours
+from pipeline.vtkhdf import vtk_order
 
 #: Pieces per side that a facet of the section is drawn in.
 PIECES = 6
@@ -54,7 +55,9 @@ def plot_design(design: Design, folder: Path, format: str = "png") -> tuple[list
     path = folder / f"{design.name}-views.png"
     drawn = drawn_apart("pipeline.views", _corners(design))
     if drawn is None:
-        problems.append(f"{path}: not drawn, since VTK found no OpenGL on this machine; install Mesa to have it.")
+        problems.append(
+            f"{path}: not drawn, as VTK cannot draw on this machine; an OpenGL library such as Mesa may be missing."
+        )
     else:
         with replacing(path) as temporary:
             temporary.write_bytes(drawn)
@@ -83,37 +86,35 @@ def history(design: Design) -> Figure:
 
 def section(design: Design) -> Figure:
     """The symmetry plane X2 = 0: the solid with the mesh, undeformed and deformed, coloured by p / p_in."""
-    points, chi, pressure, displacement, outlines = _pieces(design)
+    points, chi, pressure, displacement = _pieces(design)
+    n = PIECES + 1
+    corner = np.arange(n * n).reshape(n, n)
+    a, b, c, d = (part.ravel() for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]))
+    local = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    first = n * n * np.arange(len(points) // (n * n))[:, None]
+    triangles = (local + first[..., None]).reshape(-1, 3)
+    outlines = first + corner[[0, -1, -1, 0], [0, 0, -1, -1]]
     figure = Figure(figsize=(10.0, 5.2), dpi=110, layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
-    image = None
-    for axes, title, scale in zip(panels, ("undeformed", "deformed"), (0.0, 1.0), strict=True):
-        moved = points + scale * displacement
-        n = PIECES + 1
-        corner = np.arange(n * n).reshape(n, n)
-        a, b, c, d = (part.ravel() for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]))
-        local = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-        count = len(points) // (n * n)
-        triangles = (local[None] + n * n * np.arange(count)[:, None, None]).reshape(-1, 3)
+    for axes, title, moved in zip(panels, ("undeformed", "deformed"), (points, points + displacement), strict=True):
         mesh = Triangulation(moved[:, 0], moved[:, 1], triangles)
         image = axes.tripcolor(mesh, np.clip(pressure, 0.0, 1.0), shading="gouraud", cmap="viridis", vmin=0.0, vmax=1.0)
         solid = axes.tricontourf(mesh, chi, levels=[0.0, np.inf], colors="none")
         image.set_clip_path(solid.get_paths()[0], axes.transData)
         axes.tricontour(mesh, chi, levels=[0.0], colors=OUTLINE, linewidths=0.8)
         frames = PolyCollection(list(moved[outlines]), facecolors="none", edgecolors=MESH, linewidths=0.25)
-        if scale:  # outside the solid the mesh of the void only confuses
+        if title == "deformed":  # the bent mesh of the void only confuses
             frames.set_clip_path(solid.get_paths()[0], axes.transData)
         axes.add_collection(frames)
         axes.set(aspect="equal", title=title, xlabel="x1 [mm]")
         axes.autoscale_view()
     panels[0].set_ylabel("x3 [mm]")
-    if image is not None:
-        figure.colorbar(image, ax=panels, label="p / p_in", shrink=0.8)
+    figure.colorbar(image, ax=panels, label="p / p_in", shrink=0.8)
     return figure
 
 
-def _pieces(design: Design) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.int64]]:
-    """Points (n, 2), χ, p/p_in and displacements (n, 2) of all facets in the plane, cut fine; and facets' outlines."""
+def _pieces(design: Design) -> tuple[Floats, Floats, Floats, Floats]:
+    """Points (n, 2), χ, p/p_in and displacements (n, 2) of all facets in the plane, each cut into a square grid."""
     mesh = design.domain.mesh
     facets = mesh.facets[:, mesh.boundary_facets()]
     facets = facets[:, (mesh.p[1, facets] == 0.0).all(axis=0)].T  # (n_facets, 4)
@@ -129,17 +130,11 @@ def _pieces(design: Design) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.
         return found.reshape(-1, *values.shape[1:])
 
     points, displacement = mesh.p[[0, 2]].T, design.displacement[:, [0, 2]]
-    n = PIECES + 1
-    rim = np.concatenate([np.arange(n) * n, (n - 1) * n + np.arange(1, n), np.arange(n - 2, -1, -1) * n + n - 1])
-    rim = np.concatenate([rim, np.arange(n - 2, 0, -1)])
-    outlines = rim + n * n * np.arange(len(facets))[:, None]
-    return fine(points), fine(design.chi), fine(design.pressure), fine(displacement), outlines
+    return fine(points), fine(design.chi), fine(design.pressure), fine(displacement)
 
 
 def _corners(design: Design) -> dict[str, NDArray[np.generic]]:
     """What the views are drawn from."""
-    from pipeline.vtkhdf import vtk_order
-
     return {
         "points": design.domain.points,
         "cells": design.domain.cells[:, vtk_order()[:8]],

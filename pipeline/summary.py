@@ -15,9 +15,8 @@ def as_json(execution: Execution, files: list[str]) -> dict[str, Any]:
     seconds = {stage: summary["stage_seconds"] for stage, summary in stages.items()}
     for stage, summary in stages.items():
         stages[stage] = {key: value for key, value in summary.items() if key not in ("stage_seconds", "peak_memory")}
-    memory = [summary["peak_memory"] for summary in execution.summaries.values() if summary.get("peak_memory")]
     found = {"name": execution.job.case.name, **stages.pop("optimize", {})}
-    return found | stages | {"files": files, "stage_seconds": seconds, "peak_memory": max(memory, default=None)}
+    return found | stages | {"files": files, "stage_seconds": seconds, "peak_memory": _peak_memory(execution)}
 
 
 def as_text(execution: Execution, files: list[str]) -> str:
@@ -28,9 +27,9 @@ def as_text(execution: Execution, files: list[str]) -> str:
         lines += _design_lines(stages["optimize"])
     if "export" in stages:
         lines += _part_lines(stages["export"])
-    memory = [summary["peak_memory"] for summary in stages.values() if summary.get("peak_memory")]
+    memory = _peak_memory(execution)
     if memory:
-        lines.append(_line("peak memory", f"{max(memory) / 2**30:.2f} GiB"))
+        lines.append(_line("peak memory", f"{memory / 2**30:.2f} GiB"))
     times = ", ".join(f"{stage} {summary['stage_seconds']:.1f}" for stage, summary in stages.items())
     lines.append(_line("seconds", times))
     lines += [_line("files" if file == files[0] else "", file) for file in files]
@@ -50,18 +49,28 @@ def _design_lines(design: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def _peak_memory(execution: Execution) -> int | None:
+    """Largest memory of all stages, bytes; None where no system told."""
+    told = (summary.get("peak_memory") for summary in execution.summaries.values())
+    return max((memory for memory in told if memory), default=None)
+
+
 def _constraints(design: Mapping[str, Any]) -> list[str]:
     """How well the penalised constraints are met, in physical terms."""
-    return [
-        f"largest p / p_in on the outer wall {design['wall_leak']:.1e}",
-        f"largest energy density over its limit {design['energy_ratio']:.3f}",
-        f"steepest interface over its limit {design['steepest']:.3f}",
-        f"share of the solid in the passive core {design['passive_share']:.1e}",
-    ]
+    shown = (
+        ("wall_leak", "largest p / p_in on the outer wall {:.1e}"),
+        ("energy_ratio", "largest energy density over its limit {:.3f}"),
+        ("steepest", "steepest interface over its limit {:.3f}"),
+        ("passive_share", "share of the solid in the passive core {:.1e}"),
+    )
+    # Artifacts of older versions lack some.
+    return [text.format(design[key]) for key, text in shown if key in design]
 
 
 def _work(design: Mapping[str, Any]) -> list[str]:
     """What the design cost."""
+    if "work" not in design:  # made by an older version
+        return [f"{design['updates']} updates, {design['evaluations']} evaluations"]
     work, seconds = design["work"], design["seconds_per_part"]
     return [
         f"{design['updates']} updates, {design['evaluations']} evaluations, {work['factorisations']} factorisations",

@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 import pyvista
 
+from pipeline.offscreen import ABOVE, BODY, PAPER
+
 SIZE = (1400, 1000)
 ZOOM = 1.3
-BODY, PAPER = "#7fa7c9", "#ffffff"
-#: Direction to the eye and the direction that is up: side, front, top, and one from above.
+#: Name, direction to the eye and direction that is up.
 VIEWS = (
     ("side", (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     ("front", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
     ("top", (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
 )
-ABOVE = (1.0, -1.3, 0.75)
 BAR = {"title": "p / p_in\n", "color": "black", "vertical": True, "position_x": 0.85, "position_y": 0.2, "height": 0.6}
 
 
