@@ -19,6 +19,10 @@ class NotManifold(Failure):
     """The triangles do not bound a solid and could not be repaired."""
 
 
+class LooseBodies(Failure):
+    """The solid is of several bodies, and that was to be refused."""
+
+
 class SolveFailure(Failure):
     """A linear system could not be solved to the accuracy asked for."""
 

@@ -29,6 +29,7 @@ Outcome = tuple[Summary, dict[str, Dataset], vtkhdf.GridPaths | None]
 _FAILURES = {
     failure.EmptySolid: ExitCode.BAD_SOLID,
     failure.NotManifold: ExitCode.BAD_SOLID,
+    failure.LooseBodies: ExitCode.BAD_SOLID,
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
 }
@@ -153,6 +154,8 @@ class Execution:
             "watertight": inspection.watertight,
             "bounding_box": inspection.bounding_box,
             "islands": result.report["islands"],
+            "decimated": result.report["decimated"],
+            "moved": result.report["moved"],
             "checks": result.report["checks"],
         }
         return summary, {}, None

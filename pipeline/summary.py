@@ -89,7 +89,9 @@ def _part_lines(part: Mapping[str, Any]) -> list[str]:
         _line("bounding box", f"{box} mm"),
     ]
     if part["islands"]:
-        lines.append(_line("loose bodies", f"{len(part['islands'])}, together {sum(part['islands']):.2f} mm^3"))
+        # Older records list volumes only.
+        volumes = [island["volume"] if isinstance(island, Mapping) else island for island in part["islands"]]
+        lines.append(_line("loose bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
     return lines
 
 

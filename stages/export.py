@@ -10,19 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from actuator.failure import UnreadableSolid
+from actuator.failure import LooseBodies, UnreadableSolid
 from stages.events import Message, Observer, silent
 from stages.settings import Section
 
 if TYPE_CHECKING:
     import trimesh
 
-VERSION = 1
+    from actuator.geometry.islands import Island
+
+VERSION = 2
 
 Format = Literal["stl", "3mf"]
+Islands = Literal["remove", "refuse"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: Islands that a message describes one by one.
+SHOWN = 5
 #: Largest relative difference between the volume written and the volume read back.
 VOLUME_TOLERANCE = 1.0e-5
 
@@ -32,6 +37,8 @@ class Settings(Section):
 
     scale: float = Field(1.0, gt=0, description="size of the part over size of the domain [-]")
     format: Format = Field("stl", description="file format: binary stl in mm, or 3mf")
+    islands: Islands = Field("remove", description="bodies that float beside the largest: remove or refuse")
+    decimation: float = Field(0.0, ge=0, description="how far fewer triangles may lie off; 0 keeps all [mm]")
 
 
 @dataclass(frozen=True)
@@ -78,8 +85,9 @@ class Result:
         watertight: read back.
         bounding_box: lower and upper corner, (2, 3), mm, read back.
         passed: whether every check of the file passed.
-        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`Inspection`), ``islands`` (volumes of the
-            bodies beside the largest, mm³), ``checks`` (name -> passed).
+        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`Inspection`), ``islands`` (the removed
+            ones, volume in mm³ and centre in mm), ``decimated`` (triangles left
+            out), ``moved`` (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
     """
 
     data: bytes
@@ -105,13 +113,30 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         actuator.failure.InvalidField: if a coordinate is not finite.
         actuator.failure.EmptySolid: if there is no triangle.
         actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
+        actuator.failure.LooseBodies: if there are floating islands and they are to be refused.
     """
-    from actuator.geometry.solid import component_volumes, prove_solid  # manifold3d: only where it runs
+    # manifold3d: only where it runs
+    from actuator.geometry.decimation import decimated
+    from actuator.geometry.islands import without_islands
+    from actuator.geometry.solid import component_volumes, prove_solid
 
     proof = prove_solid(settings.scale * vertices, triangles)
-    surface = proof.surface
     if proof.repair_tolerance:
         observer(Message(f"repaired within {proof.repair_tolerance:.2g} mm ({proof.status})"))
+    surface, islands = without_islands(proof.surface)
+    if islands:
+        listed = _listed(islands)
+        if settings.islands == "refuse":
+            raise LooseBodies(
+                f"{len(islands)} bodies float beside the part: {listed}; set export.islands to 'remove', or change the "
+                "design."
+            )
+        observer(Message(f"{len(islands)} floating islands removed: {listed}"))
+    whole, off = surface, 0.0
+    if settings.decimation > 0.0:
+        surface, off = decimated(whole, settings.decimation)
+        left_out = len(whole.triangles) - len(surface.triangles)
+        observer(Message(f"{left_out} of {len(whole.triangles)} triangles left out, {off:.2g} mm off at most"))
     data = _encode(surface.vertices, surface.triangles, settings.format)
     found = inspect(data, settings.format)
     volume = float(component_volumes(surface).sum())
@@ -120,15 +145,20 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
     checks = {
         "watertight": found.watertight,
         "winding_consistent": found.winding_consistent,
+        "one_body": len(found.bodies) == 1,
         "volume_positive": found.volume > 0.0,
         "volume_as_written": abs(found.volume - volume) <= VOLUME_TOLERANCE * volume,
         "bounding_box_as_written": bool(np.abs(found_box - box).max() <= 1e-6 * np.abs(box).max()),
     }
-    islands = list(found.bodies[1:])
-    if islands:
-        observer(Message(f"{len(islands)} floating islands, together {sum(islands):.3g} mm³"))
     steps = {key: value for key, value in vars(proof).items() if key != "surface"}
-    report = {"manifold": steps, "file": asdict(found), "islands": islands, "checks": checks}
+    report: dict[str, Any] = {
+        "manifold": steps,
+        "file": asdict(found),
+        "islands": [asdict(island) for island in islands],
+        "decimated": len(whole.triangles) - len(surface.triangles),
+        "moved": off,
+        "checks": checks,
+    }
     return Result(
         data,
         surface.vertices,
@@ -139,6 +169,15 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         all(checks.values()),
         report,
     )
+
+
+def _listed(islands: list[Island]) -> str:
+    """The largest islands with volume and place."""
+    shown = [
+        f"{island.volume:.3g} mm³ at ({', '.join(f'{x:.1f}' for x in island.centre)}) mm" for island in islands[:SHOWN]
+    ]
+    more = [f"and {len(islands) - SHOWN} smaller ones"] if len(islands) > SHOWN else []
+    return "; ".join(shown + more)
 
 
 def inspect(data: bytes, format: Format) -> Inspection:

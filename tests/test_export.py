@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from actuator.domain import HalfCylinder
-from actuator.failure import EmptySolid, InvalidField, NotManifold, UnreadableSolid
+from actuator.failure import EmptySolid, InvalidField, LooseBodies, NotManifold, UnreadableSolid
+from actuator.geometry.distance import distance, separation
+from actuator.geometry.zero_set import Surface
 from stages import export, mirror
 from stages.events import Event, Message
 
@@ -114,23 +116,62 @@ def test_round_trip_of_random_parts(seed: int, noisy: bool, scale: float, file_f
     assert len(scaled.report["islands"]) == len(one.report["islands"])
 
 
-def test_islands_and_cavities_are_listed_and_kept() -> None:
+def ball(domain: HalfCylinder, radius: float, *centre: float) -> Floats:
+    return radius - np.linalg.norm(domain.points - centre, axis=1)
+
+
+def balls() -> mirror.Result:
+    """A hollow ball on the symmetry plane, and a hollow and a full one on either side of it."""
     domain = DOMAIN.refined(3)
+    large = np.minimum(ball(domain, 5.0, 7.5, 0.0, -5.0), -ball(domain, 2.0, 7.5, 0.0, -5.0))
+    hollow = np.minimum(ball(domain, 3.0, 7.5, 7.0, 6.0), -ball(domain, 1.5, 7.5, 7.0, 6.0))
+    return mirror.run(domain, np.maximum(large, hollow), mirror.Settings())
 
-    def ball(radius: float, *centre: float) -> Floats:
-        return radius - np.linalg.norm(domain.points - centre, axis=1)
 
-    chi = np.maximum(np.minimum(ball(5.0, 7.5, 0.0, -5.0), -ball(2.0, 7.5, 0.0, -5.0)), ball(3.0, 7.5, 7.0, 6.0))
-    surface = mirror.run(domain, chi, mirror.Settings())
+def test_islands_are_removed_and_listed_and_cavities_kept() -> None:
+    surface = balls()
     heard: list[Event] = []
-    result = export.run(surface.vertices, surface.triangles, export.Settings(), heard.append)
-    small, hole, large = (4.0 / 3.0 * np.pi * r**3 for r in (3.0, 2.0, 5.0))
+    result = export.run(surface.vertices, surface.triangles, export.Settings(scale=2.0), heard.append)
+    small, hole, large = (8.0 * 4.0 / 3.0 * np.pi * r**3 for r in (3.0, 2.0, 5.0))
     assert result.passed
-    assert result.report["islands"] == pytest.approx([small, small], rel=0.1)
+    islands = result.report["islands"]
+    assert [island["volume"] for island in islands] == pytest.approx([small, small], rel=0.1)
+    centres = sorted(island["centre"] for island in islands)
+    np.testing.assert_allclose(centres, [[15.0, -14.0, 12.0], [15.0, 14.0, 12.0]], atol=0.2)
+    # The islands' own cavities went with them.
     assert result.report["file"]["cavities"] == pytest.approx([hole], rel=0.25)
-    assert result.report["file"]["bodies"][0] == pytest.approx(large, rel=0.1)
-    assert result.volume == pytest.approx(large - hole + 2.0 * small, rel=0.1)
-    assert any(isinstance(event, Message) and "2 floating islands" in event.text for event in heard)
+    assert result.report["file"]["bodies"] == pytest.approx([large], rel=0.1)
+    assert result.volume == pytest.approx(large - hole, rel=0.1)
+    assert any(isinstance(event, Message) and "2 floating islands removed" in event.text for event in heard)
+
+
+def test_islands_can_be_refused() -> None:
+    surface = balls()
+    with pytest.raises(LooseBodies, match=r"2 bodies float .* 1\d\d mm³ at \(7\.5, -?7\.\d, 6\.\d\) mm.*remove"):
+        export.run(surface.vertices, surface.triangles, export.Settings(islands="refuse"))
+    whole = tube()
+    assert export.run(whole.vertices, whole.triangles, export.Settings(islands="refuse")).passed
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 0.2])
+def test_decimation_stays_within_its_tolerance(tolerance: float) -> None:
+    domain = DOMAIN.refined(3)
+    waves = np.cos(domain.points @ np.array([0.4, 0.5, 0.3])) - 0.2
+    surface = mirror.run(domain, waves, mirror.Settings())
+    exact = export.run(surface.vertices, surface.triangles, export.Settings())
+    coarse = export.run(surface.vertices, surface.triangles, export.Settings(decimation=tolerance))
+    assert coarse.passed
+    assert coarse.report["decimated"] == len(exact.triangles) - len(coarse.triangles) > 0
+    assert exact.report["decimated"] == 0
+
+    one, other = Surface(exact.vertices, exact.triangles), Surface(coarse.vertices, coarse.triangles)
+    rng = np.random.default_rng(0)
+    anywhere = rng.dirichlet((1.0, 1.0, 1.0), len(other.triangles))
+    inside = np.einsum("ni,nij->nj", anywhere, other.vertices[other.triangles])
+    assert distance(inside, one).max() <= 1.05 * tolerance
+    assert coarse.report["moved"] == pytest.approx(separation(one, other), rel=1e-3)
+    assert 0.0 < coarse.report["moved"] <= tolerance
+    assert coarse.volume == pytest.approx(exact.volume, rel=0.02)
 
 
 def test_inspection_finds_a_hole_and_a_turned_triangle() -> None:
@@ -180,7 +221,10 @@ def test_refusals() -> None:
         export.run(surface.vertices * np.nan, surface.triangles, export.Settings())
 
 
-@pytest.mark.parametrize("values", [{"scale": 0.0}, {"scale": -1.0}, {"format": "obj"}, {"size": 1.0}])
+@pytest.mark.parametrize(
+    "values",
+    [{"scale": 0.0}, {"scale": -1.0}, {"format": "obj"}, {"size": 1.0}, {"islands": "keep"}, {"decimation": -1.0}],
+)
 def test_settings_are_checked(values: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         export.Settings.model_validate(values)

@@ -65,15 +65,15 @@ def prove_solid(vertices: Floats, triangles: Ints) -> Proof:
         raise EmptySolid("The surface has no triangles; extract it from a design with material.")
     largest = float(np.abs(vertices).max())
     exact = rounded(vertices, triangles)
-    solid = _manifold(exact)
+    solid = manifold_of(exact)
     status = solid.status().name if is_two_manifold(exact.triangles) else Error.NotManifold.name
     tolerance = 0.0
     if status != Error.NoError.name:
         exact, tolerance = _repaired(vertices, triangles, largest)
-        solid = _manifold(exact)
+        solid = manifold_of(exact)
     if not solid.volume() > 0.0:
         raise NotManifold("The surface encloses no positive volume; turn its triangles around.")
-    surface = _surface(solid)
+    surface = surface_of(solid)
     genus = sum(part.genus() for part in solid.decompose())
     removed = len(vertices) - len(surface.vertices), len(triangles) - len(surface.triangles)
     return Proof(surface, status, *removed, tolerance, genus)
@@ -108,15 +108,24 @@ def is_two_manifold(triangles: Ints) -> bool:
 
 def component_volumes(surface: Surface) -> Floats:
     """Signed volume of every connected component, mm³, largest first; that of an enclosed cavity is negative."""
-    t = surface.triangles
-    n = len(surface.vertices)
+    _, labels = np.unique(component_labels(surface)[surface.triangles[:, 0]], return_inverse=True)
+    return np.sort(signed_volumes(surface, labels))[::-1]
+
+
+def component_labels(surface: Surface) -> Ints:
+    """Number of the connected component of every vertex, (n,), from 0."""
+    t, n = surface.triangles, len(surface.vertices)
     edges = (np.concatenate([t[:, 0], t[:, 1]]), np.concatenate([t[:, 1], t[:, 2]]))
-    _, label = connected_components(coo_array((np.ones(len(edges[0]), dtype=bool), edges), (n, n)), directed=False)
-    corner = surface.vertices[t] - surface.vertices.mean(axis=0)
+    ones = np.ones(len(edges[0]), dtype=bool)
+    _, label = connected_components(coo_array((ones, edges), (n, n)), directed=False)
+    return np.asarray(label, dtype=np.int64)
+
+
+def signed_volumes(surface: Surface, labels: Ints) -> Floats:
+    """Signed volume of every group of triangles, mm³, by its label; (largest label + 1,)."""
+    corner = surface.vertices[surface.triangles] - surface.vertices.mean(axis=0)
     volume = np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6.0
-    labels, component = np.unique(label[t[:, 0]], return_inverse=True)
-    total = np.asarray(np.bincount(component, volume, len(labels)), dtype=np.float64)
-    return np.sort(total)[::-1]
+    return np.asarray(np.bincount(labels, volume), dtype=np.float64)
 
 
 def _equal_rows(points: NDArray[np.float32]) -> tuple[Ints, Ints]:
@@ -133,13 +142,13 @@ def _equal_rows(points: NDArray[np.float32]) -> tuple[Ints, Ints]:
 def _repaired(vertices: Floats, triangles: Ints, largest: float) -> tuple[Surface, float]:
     start = Surface(vertices, triangles)
     for fraction in REPAIR_TOLERANCES:
-        solid = _manifold(start, fraction * largest)
+        solid = manifold_of(start, fraction * largest)
         if solid.status() != Error.NoError or solid.is_empty():
             continue
-        simplified = _surface(solid.simplify(fraction * largest))
+        simplified = surface_of(solid.simplify(fraction * largest))
         apart = _pulled_apart(simplified, fraction * largest)
         exact = rounded(apart.vertices, apart.triangles)
-        if len(exact.triangles) and is_two_manifold(exact.triangles) and _manifold(exact).status() == Error.NoError:
+        if len(exact.triangles) and is_two_manifold(exact.triangles) and manifold_of(exact).status() == Error.NoError:
             return exact, fraction * largest
     raise NotManifold(
         f"The {len(triangles)} triangles bound no solid and could not be repaired within "
@@ -162,12 +171,14 @@ def _pulled_apart(surface: Surface, distance: float) -> Surface:
     return Surface(vertices, surface.triangles)
 
 
-def _surface(solid: Manifold) -> Surface:
+def surface_of(solid: Manifold) -> Surface:
+    """The surface of a solid of manifold3d."""
     mesh = solid.to_mesh64()
     return Surface(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64))
 
 
-def _manifold(surface: Surface, tolerance: float = 0.0) -> Manifold:
+def manifold_of(surface: Surface, tolerance: float = 0.0) -> Manifold:
+    """A solid of manifold3d; with a tolerance (mm), vertices that are so near are merged along open edges."""
     mesh = Mesh64(
         np.ascontiguousarray(surface.vertices), surface.triangles.astype(np.uint64, order="C"), tolerance=tolerance
     )
