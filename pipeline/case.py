@@ -17,6 +17,7 @@ import stages.export
 import stages.mirror
 import stages.optimize
 import stages.refine
+import stages.rig
 from actuator.solver_name import SolverName
 from pipeline import case_text
 from pipeline.exit_codes import ExitCode, Fault
@@ -47,6 +48,7 @@ class Case(stages.optimize.Settings):
     refine: stages.refine.Settings = stages.refine.Settings()
     mirror: stages.mirror.Settings = stages.mirror.Settings()
     export: stages.export.Settings = stages.export.Settings()
+    rig: stages.rig.Settings = stages.rig.Settings()
     compute: ComputeSettings = ComputeSettings()
 
     @cached_property

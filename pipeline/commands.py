@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import job as jobs
-from pipeline import summary
+from pipeline import rig_sheet, summary
 from pipeline.artifact import program_version
 from pipeline.execution import Execution
 from pipeline.exit_codes import ExitCode, Fault, unexpected
@@ -59,6 +59,8 @@ def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
             execution.run(steps)
             if steps[-1].stage == "export" and (steps[-1].runs or not job.files.picture.exists()):
                 _draw(job, reporter)
+            if steps[-1].stage == "export" and job.case.rig.youngs_modulus is not None:
+                execution.rig = rig_sheet.write(job)
         except (Fault, OSError, MemoryError, KeyboardInterrupt) as error:
             reporter.log.error(str(error) or type(error).__name__)
             raise
@@ -108,4 +110,7 @@ def _draw(job: Job, reporter: Reporter) -> None:
 
 def _files(job: Job, steps: list[Step]) -> list[Path]:
     found = [step.path for step in steps if not step.given and step.stage != "export"]
-    return [*found, job.files.exported, job.files.picture] if steps[-1].stage == "export" else found
+    if steps[-1].stage != "export":
+        return found
+    sheet = [job.files.rig] if job.case.rig.youngs_modulus is not None else []
+    return [*found, job.files.exported, job.files.picture, *sheet]

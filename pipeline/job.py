@@ -45,6 +45,11 @@ class Files:
         return self.exported.with_suffix(".png")
 
     @property
+    def rig(self) -> Path:
+        """The sheet for the test rig."""
+        return self.exported.with_suffix(".rig.md")
+
+    @property
     def log(self) -> Path:
         """The log, to which every command appends."""
         return self.folder / f"{self.name}.log"
@@ -92,6 +97,7 @@ class Changes:
     threads: int | None = None
     scale: float | None = None
     format: str | None = None
+    youngs: float | None = None
 
     def applied(self, case: Case) -> Case:
         """The changed case.
@@ -104,6 +110,7 @@ class Changes:
             ("--threads", self.threads, "compute", "threads"),
             ("--scale", self.scale, "export", "scale"),
             ("--format", self.format, "export", "format"),
+            ("--youngs", self.youngs, "rig", "youngs_modulus"),
         ):
             if value is not None:
                 case = changed(case, option, section, key, value)

@@ -12,11 +12,12 @@ from pipeline.execution import Execution
 def as_json(execution: Execution, files: list[str]) -> dict[str, Any]:
     """What ``--json`` prints: the optimisation's summary, then one entry per later stage, files and times."""
     stages = dict(execution.summaries)
+    rig = {"rig": execution.rig} if execution.rig else {}
     seconds = {stage: summary["stage_seconds"] for stage, summary in stages.items()}
     for stage, summary in stages.items():
         stages[stage] = {key: value for key, value in summary.items() if key not in ("stage_seconds", "peak_memory")}
     found = {"name": execution.job.case.name, **stages.pop("optimize", {})}
-    return found | stages | {"files": files, "stage_seconds": seconds, "peak_memory": _peak_memory(execution)}
+    return found | stages | rig | {"files": files, "stage_seconds": seconds, "peak_memory": _peak_memory(execution)}
 
 
 def as_text(execution: Execution, files: list[str]) -> str:
@@ -27,6 +28,8 @@ def as_text(execution: Execution, files: list[str]) -> str:
         lines += _design_lines(stages["optimize"])
     if "export" in stages:
         lines += _part_lines(stages["export"])
+    if execution.rig:
+        lines += _rig_lines(execution.rig)
     memory = _peak_memory(execution)
     if memory:
         lines.append(_line("peak memory", f"{memory / 2**30:.2f} GiB"))
@@ -92,6 +95,17 @@ def _part_lines(part: Mapping[str, Any]) -> list[str]:
         # Older records list volumes only.
         volumes = [island["volume"] if isinstance(island, Mapping) else island for island in part["islands"]]
         lines.append(_line("loose bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
+    return lines
+
+
+def _rig_lines(rig: Mapping[str, Any]) -> list[str]:
+    length = "" if rig["spring_length"] is None else f", a cantilever of {rig['spring_length']:.1f} mm"
+    lines = [
+        _line("rig", f"p_in {rig['pressure']:.3g} kPa, arm {rig['arm_length']:g} mm"),
+        _line("", f"spring {rig['spring_stiffness']:.4g} N/mm{length}"),
+    ]
+    if rig["spring_travel"] is not None:
+        lines.append(_line("", f"predicted travel of the spring's end {rig['spring_travel']:.2f} mm"))
     return lines
 
 

@@ -1,0 +1,79 @@
+"""The test rig for a printed part: pressure, arm and spring by the paper's dimensional analysis (Section 4).
+
+A design holds for any size and stiffness: with lengths scaled by R̄/R and stresses by Ē/E, pressures scale by Ē/E,
+forces by Ē R̄²/(E R²), the spring by Ē R̄/(E R), and displacements by R̄/R.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydantic import Field
+
+from stages.settings import ProblemSettings, Section
+
+
+class Settings(Section):
+    """Material of the print, and the plate that serves as the spring."""
+
+    youngs_modulus: float | None = Field(None, gt=0, description="Ē, initial Young's modulus of the print [N/mm²]")
+    spring_thickness: float = Field(0.5, gt=0, description="thickness of the cantilever spring [mm]")
+    spring_width: float = Field(12.7, gt=0, description="width of the cantilever spring [mm]")
+    spring_modulus: float = Field(2.0e5, gt=0, description="Young's modulus of the cantilever spring [N/mm²]")
+
+
+@dataclass(frozen=True)
+class Result:
+    """What to build and what to expect, for the whole actuator.
+
+    Attributes:
+        scale: R̄ / R.
+        youngs_modulus: Ē, N/mm².
+        radius, length, arm_length: R̄, L̄ and L̄_arm, mm.
+        pressure: p̄_in, kPa.
+        spring_stiffness: k̄_sp of the whole actuator, N/mm.
+        spring_length: free length of the cantilever that has this stiffness, mm; infinite without a spring.
+        spring_travel: of the spring's end at p̄_in, mm; None if no design has been evaluated.
+    """
+
+    scale: float
+    youngs_modulus: float
+    radius: float
+    length: float
+    arm_length: float
+    pressure: float
+    spring_stiffness: float
+    spring_length: float
+    spring_travel: float | None
+
+
+def run(
+    problem: ProblemSettings, scale: float, youngs_modulus: float, settings: Settings, elongation: float | None = None
+) -> Result:
+    """Scale a case to a part and a material.
+
+    Args:
+        problem: the case as it was optimised.
+        scale: R̄ / R.
+        youngs_modulus: Ē, N/mm².
+        settings: the spring's plate.
+        elongation: of the spring in the optimised case, mm.
+    """
+    _, load, _ = problem.parameters()
+    stiffer = youngs_modulus / problem.material.youngs_modulus
+    # The model is half an actuator.
+    stiffness = 2.0 * load.spring_stiffness * stiffer * scale
+    inertia = settings.spring_width * settings.spring_thickness**3 / 12.0
+    # k = 3 E I / l³
+    length = (3.0 * settings.spring_modulus * inertia / stiffness) ** (1.0 / 3.0) if stiffness > 0.0 else float("inf")
+    return Result(
+        scale=scale,
+        youngs_modulus=youngs_modulus,
+        radius=scale * problem.domain.radius,
+        length=scale * problem.domain.length,
+        arm_length=scale * load.arm_length,
+        pressure=1e3 * load.pressure * stiffer,
+        spring_stiffness=stiffness,
+        spring_length=length,
+        spring_travel=None if elongation is None else scale * elongation,
+    )
