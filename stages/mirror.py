@@ -16,8 +16,9 @@ from stages.settings import Section
 
 if TYPE_CHECKING:
     from actuator.domain import HalfCylinder
+    from actuator.geometry.hausdorff import Distance
 
-VERSION = 1
+VERSION = 2
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -38,12 +39,14 @@ class Result:
         triangles: vertex numbers, (n_triangles, 3), counter-clockwise seen from outside.
         half_triangles: how many of the triangles, the first ones, belong to the half X2 >= 0.
         plane_vertices: how many vertices lie on the symmetry plane and belong to both halves.
+        distance: between the surface inside the cylinder and the zero set of the trilinear field, sampled, mm.
     """
 
     vertices: Floats
     triangles: Ints
     half_triangles: int
     plane_vertices: int
+    distance: Distance
 
 
 def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
@@ -53,13 +56,15 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
         domain: half cylinder.
         chi: χ at its vertices, (n_vertices,), dimensionless.
         settings: the threshold.
-        observer: receives a message with the size of the surface.
+        observer: receives messages with the size of the surface and its distance to the field's zero set.
 
     Raises:
         actuator.failure.InvalidField: if χ has the wrong size or is not finite.
         actuator.failure.EmptySolid: if χ is nowhere above the threshold.
     """
-    from actuator.geometry.tetrahedra import outer_triangles, tetrahedra  # scikit-fem: only where it runs
+    # scikit-fem and SciPy: only where it runs
+    from actuator.geometry.hausdorff import distance_to_zero_set
+    from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
 
     check_field(chi, domain.mesh.nvertices)
     if not np.any(chi > settings.threshold):
@@ -72,4 +77,6 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
     whole = reflected(half)
     on_plane = int(np.count_nonzero(half.vertices[:, 1] == 0.0))
     observer(Message(f"{len(whole.triangles)} triangles, {on_plane} vertices shared on the symmetry plane"))
-    return Result(whole.vertices, whole.triangles, len(half.triangles), on_plane)
+    distance = distance_to_zero_set(domain, tets, chi, settings.threshold)
+    observer(Message(f"{distance.maximum:.2g} mm off the field's zero set at most, {distance.rms:.2g} mm rms"))
+    return Result(whole.vertices, whole.triangles, len(half.triangles), on_plane, distance)

@@ -11,11 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from manifold3d import Manifold
 from numpy.typing import NDArray
+from scipy.integrate import quad
 
 from actuator.domain import HalfCylinder
 from actuator.failure import EmptySolid, InvalidField
 from actuator.geometry.solid import is_two_manifold, rounded
 from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
+from actuator.geometry.zero_set import solid_boundary
 from actuator.initial_design import initial_design
 from stages import mirror
 
@@ -171,12 +173,41 @@ def open_tube(x: Floats) -> Floats:
     return (r - 6.0) * (11.0 - r)
 
 
+def slanted(x: Floats) -> Floats:
+    return height(x[:, 0]) - x[:, 2]
+
+
+def height(x1: Floats | float) -> Floats | float:
+    """Of the plane that cuts both ends."""
+    return 4.0 - 0.9 * x1
+
+
+def below_the_plane() -> tuple[float, float]:
+    """Volume and area of the cylinder below the plane: segments of a circle, their arcs and chords along X1."""
+
+    def along(of_section: Callable[[float], float]) -> float:
+        return float(quad(lambda x1: of_section(float(height(x1))), 0.0, LENGTH)[0])
+
+    def chord(h: float) -> float:
+        return 2.0 * np.sqrt(RADIUS**2 - h**2)
+
+    def arc(h: float) -> float:
+        return RADIUS * (np.pi + 2.0 * np.arcsin(h / RADIUS))
+
+    def segment(h: float) -> float:
+        return 0.5 * (RADIUS * arc(h) + h * chord(h))
+
+    ends = segment(float(height(0.0))) + segment(float(height(LENGTH)))
+    return along(segment), ends + along(arc) + np.hypot(1.0, 0.9) * along(chord)
+
+
 @pytest.mark.parametrize(
     ("field", "volume", "area", "euler"),
     [
         (sphere, 4.0 / 3.0 * np.pi * 5.0**3, 4.0 * np.pi * 5.0**2, 2),
         (torus, 2.0 * np.pi**2 * 9.0 * 3.0**2, 4.0 * np.pi**2 * 9.0 * 3.0, 0),
         (open_tube, np.pi * (11.0**2 - 6.0**2) * LENGTH, np.pi * (2.0 * 17.0 * LENGTH + 2.0 * (11.0**2 - 6.0**2)), 0),
+        (slanted, *below_the_plane(), 2),
     ],
 )
 def test_volume_and_area_converge_at_second_order(
@@ -207,6 +238,37 @@ def test_solid_at_the_wall_ends_on_the_wall() -> None:
     np.testing.assert_allclose(distance, apothem, rtol=1e-9)
     wall = mesh.area_faces[outside & lateral].sum()
     assert wall == pytest.approx(wedges * 2.0 * RADIUS * np.sin(np.pi / wedges) * LENGTH, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_closes_the_solid_lies_on_ends_and_wall(seed: int) -> None:
+    chi = np.random.default_rng(seed).normal(size=DOMAIN.mesh.nvertices)
+    tets = tetrahedra(DOMAIN)
+    inside = len(solid_boundary(DOMAIN.points, tets, tets[:0, :3], chi).triangles)
+    result = mirror.run(DOMAIN, chi, mirror.Settings())
+    faces = result.vertices[result.triangles[inside : result.half_triangles]]
+    at_ends = [(faces[:, :, 0] == end).all(axis=1) for end in (0.0, LENGTH)]
+    on_wall = faces[~at_ends[0] & ~at_ends[1]]
+    assert all(end.any() for end in at_ends)
+    wedge = np.pi / (4 * DOMAIN.core_cells)
+    middle = on_wall.mean(axis=1)
+    facet = (np.floor(np.arctan2(middle[:, 1], middle[:, 2]) / wedge) + 0.5) * wedge
+    distance = on_wall[..., 1] * np.sin(facet)[:, None] + on_wall[..., 2] * np.cos(facet)[:, None]
+    np.testing.assert_allclose(distance, RADIUS * np.cos(0.5 * wedge), rtol=1e-12)
+
+
+@pytest.mark.parametrize("level", [0.5, 1e-2, 1e-3, 1e-5, 1e-12])
+def test_thin_webs_and_thin_slits(level: float) -> None:
+    """Solid, or void, just at the nodes of one layer; what is thinner than the clearance is as thin as that."""
+    h = LENGTH / DOMAIN.layers
+    middle = np.isclose(DOMAIN.points[:, 0], 0.5 * LENGTH)
+    web = solid(DOMAIN, np.where(middle, level, -1.0))
+    assert web.body_count == 1
+    thickness = 2.0 * h * max(level / (1.0 + level), 1e-4)
+    assert web.volume == pytest.approx(faceted_volume(DOMAIN) / LENGTH * thickness, rel=1e-9)
+    slit = solid(DOMAIN, np.where(middle, -level, 1.0))
+    assert slit.body_count == 2
+    assert slit.volume == pytest.approx(faceted_volume(DOMAIN) * (1.0 - thickness / LENGTH), rel=1e-9)
 
 
 def test_threshold_moves_the_surface() -> None:

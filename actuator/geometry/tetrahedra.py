@@ -41,6 +41,12 @@ def tetrahedra(domain: HalfCylinder) -> Ints:
     return tets
 
 
+def cells_of_tetrahedra(domain: HalfCylinder) -> Ints:
+    """The hexahedron that each of the :func:`tetrahedra` is a part of, (n,)."""
+    section = np.repeat(np.tile(np.arange(domain.section_cells), 2), len(_PRISM))
+    return (section + domain.section_cells * np.arange(domain.layers)[:, None]).ravel()
+
+
 def outer_triangles(domain: HalfCylinder, tets: Ints) -> Ints:
     """Faces of the tetrahedra on the two ends and on the cylinder wall, (n, 3), oriented outwards.
 
