@@ -23,6 +23,10 @@ class LooseBodies(Failure):
     """The solid is of several bodies, and that was to be refused."""
 
 
+class GridTooLarge(Failure):
+    """A grid would have more voxels than the memory should be asked for."""
+
+
 class SolveFailure(Failure):
     """A linear system could not be solved to the accuracy asked for."""
 

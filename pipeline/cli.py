@@ -85,12 +85,15 @@ def export(
     case: Source,
     scale: Annotated[float | None, typer.Option("--scale", help="Size of the part over size of the domain.")] = None,
     format: Annotated[Format | None, typer.Option("--format", help="File format.")] = None,
+    youngs: Annotated[
+        float | None, typer.Option("--youngs", help="Young's modulus of the print, N/mm²: also writes the rig's sheet.")
+    ] = None,
     output: Output = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Scale, prove and write the part as STL or 3MF, and draw it."""
-    _until("export", case, output, force, as_json, scale=scale, format=format)
+    _until("export", case, output, force, as_json, scale=scale, format=format, youngs=youngs)
 
 
 @app.command()
@@ -148,15 +151,117 @@ def plot(
     typer.echo(commands.plot(commands.open_job(case, output), format))
 
 
+class Direction(StrEnum):
+    """Build directions, from the platform to the part."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+    MINUS_X = "-x"
+    MINUS_Y = "-y"
+    MINUS_Z = "-z"
+
+
+class Axis(StrEnum):
+    """Axes of an actuator."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+
+
+@app.command()
+def check(
+    part: Annotated[Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.")],
+    direction: Annotated[
+        Direction | None, typer.Option("--direction", help="Build direction, from the platform up. Default: z.")
+    ] = None,
+    flat: Annotated[bool, typer.Option("--flat", help="Printed flat on the platform, not on supports.")] = False,
+    axis: Annotated[
+        Axis | None, typer.Option("--axis", help="Axis between the end faces that plates are glued on. Default: x.")
+    ] = None,
+    wall: Annotated[float | None, typer.Option("--wall", help="Least wall, mm. Default: 0.4.")] = None,
+    gap: Annotated[float | None, typer.Option("--gap", help="Least gap, mm. Default: 0.5.")] = None,
+    angle: Annotated[
+        float | None, typer.Option("--angle", help="Least self-supporting angle from level, degrees. Default: 19.")
+    ] = None,
+    drain: Annotated[float | None, typer.Option("--drain", help="Least drain hole, mm. Default: 3.5.")] = None,
+    density: Annotated[
+        float | None, typer.Option("--density", help="Density of the cured resin, g/cm³. Default: 1.1.")
+    ] = None,
+    pitch: Annotated[float | None, typer.Option("--pitch", help="Pitch of the voxels, mm. Default: 0.2.")] = None,
+    save: Annotated[bool, typer.Option(help="Write PART.check.json beside the part.")] = True,
+    as_json: Json = False,
+) -> None:
+    """Tell whether a solid can be printed in silicone and inflated."""
+    from pipeline.checking import examine
+
+    options = {"direction": direction, "on_platform": flat, "axis": axis, "wall": wall, "gap": gap, "angle": angle}
+    report = examine(part, options | {"drain": drain, "density": density, "pitch": pitch})
+    typer.echo(report.as_json() if as_json else report.as_text())
+    if save:
+        report.write()
+    report.refuse()
+
+
+@app.command("slice")
+def slice_part(
+    part: Annotated[Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.")],
+    layer: Annotated[float, typer.Option("--layer", help="Thickness of a layer, mm.")] = 0.1,
+    direction: Annotated[
+        Direction, typer.Option("--direction", help="Build direction, from the platform up.")
+    ] = Direction.Z,
+    numbers: Annotated[
+        list[int] | None, typer.Option("--number", help="Write this layer, the lowest is 1; may be repeated.")
+    ] = None,
+    heights: Annotated[
+        list[float] | None, typer.Option("--height", help="Write the slice at this height, mm; may be repeated.")
+    ] = None,
+    format: Annotated[
+        Picture | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
+    ] = None,
+    pixel: Annotated[float, typer.Option("--pixel", help="Side of a pixel of a slice as PNG, mm.")] = 0.05,
+    as_json: Json = False,
+) -> None:
+    """Show the layers of a solid as a printer will see them: area against height, or single slices."""
+    from pipeline import slicing
+
+    sliced = slicing.sliced(part, layer, direction.value, lambda text: typer.echo(text, err=True))
+    if numbers or heights:
+        slices = sliced.draw(numbers or [], heights or [], (format or Picture.SVG).value, pixel)
+        typer.echo(slicing.as_json(slices) if as_json else slicing.slices_text(slices))
+    else:
+        overview = sliced.overview((format or Picture.PNG).value)
+        typer.echo(slicing.as_json(overview) if as_json else slicing.overview_text(overview))
+
+
+class Colour(StrEnum):
+    """Fields that colour a shape."""
+
+    PRESSURE = "pressure"
+    DENSITY = "density"
+
+
 @app.command()
 def convert(
     source: Annotated[Path, typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).")],
     target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
+    colour: Annotated[
+        Colour | None, typer.Option("--colour", help="Write the printed shape with this field as colour: .glb or .ply.")
+    ] = None,
+    deformed: Annotated[bool, typer.Option("--deformed", help="With --colour: under pressure.")] = False,
 ) -> None:
-    """Write mesh and fields of an artifact in another format, such as .vtu."""
-    from pipeline.conversion import convert as convert_artifact
+    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour."""
+    if colour:
+        from pipeline.colouring import colour as write_coloured
 
-    convert_artifact(source, target)
+        write_coloured(source, target, colour, deformed)
+    elif deformed:
+        raise Fault(ExitCode.USAGE, "--deformed goes with --colour; add --colour pressure.")
+    else:
+        from pipeline.conversion import convert as convert_artifact
+
+        convert_artifact(source, target)
 
 
 @app.command()

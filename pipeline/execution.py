@@ -44,12 +44,14 @@ class Execution:
         reporter: is told what happens.
         fresh: whether to ignore what an interrupted optimisation left.
         summaries: of every stage so far, run or found up to date.
+        rig: what the sheet for the test rig says, if one was asked for.
     """
 
     job: Job
     reporter: Reporter
     fresh: bool = False
     summaries: dict[str, Summary] = field(default_factory=dict)
+    rig: Summary | None = None
     _identity: str = ""
 
     def run(self, steps: list[Step]) -> None:
@@ -130,11 +132,17 @@ class Execution:
     def _mirror(self, step: Step) -> Outcome:
         domain, chi = contents.design(self.job.artifact("refine"), "refine")
         result = stages.mirror.run(domain, chi, self.job.case.mirror, self.reporter.observe)
-        return {"triangles": len(result.triangles)}, *contents.of_mirror(result)
+        summary = {
+            "triangles": len(result.triangles),
+            "hausdorff_mm": result.distance.maximum,
+            "rms_distance_mm": result.distance.rms,
+        }
+        return summary, *contents.of_mirror(result)
 
     def _export(self, step: Step) -> Outcome:
         settings, part = self.job.case.export, self.job.files.exported
-        result = stages.export.run(*contents.surface(self.job.artifact("mirror")), settings, self.reporter.observe)
+        surface = contents.surface(self.job.artifact("mirror"))
+        result = stages.export.run(*surface, settings, self.reporter.observe, self.job.case.name)
         if not result.passed:
             failed = ", ".join(name for name, passed in result.report["checks"].items() if not passed)
             raise Fault(
@@ -153,6 +161,7 @@ class Execution:
             "volume": inspection.volume,
             "watertight": inspection.watertight,
             "bounding_box": inspection.bounding_box,
+            "manifold": result.report["manifold"],
             "islands": result.report["islands"],
             "decimated": result.report["decimated"],
             "moved": result.report["moved"],

@@ -5,6 +5,7 @@ Histories and section are drawn by matplotlib and can be vector graphics; the vi
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,9 @@ from pipeline.atomic import replacing
 from pipeline.design import Design, Floats
 from pipeline.offscreen import drawn_apart, reduce_colours
 from pipeline.vtkhdf import vtk_order
+
+# Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 #: Pieces per side that a facet of the section is drawn in.
 PIECES = 6

@@ -17,7 +17,8 @@ from stages.settings import Section
 if TYPE_CHECKING:
     import trimesh
 
-    from actuator.geometry.islands import Island
+    from actuator.geometry.bodies import Shell
+    from actuator.geometry.zero_set import Surface
 
 VERSION = 2
 
@@ -26,6 +27,8 @@ Islands = Literal["remove", "refuse"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: Bytes of free text that a binary STL begins with.
+HEADER = 80
 #: Islands that a message describes one by one.
 SHOWN = 5
 #: Largest relative difference between the volume written and the volume read back.
@@ -100,7 +103,7 @@ class Result:
     report: dict[str, Any]
 
 
-def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observer = silent) -> Result:
+def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observer = silent, name: str = "") -> Result:
     """Scale, prove, write, read back and check a part.
 
     Args:
@@ -108,6 +111,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         triangles: (m, 3), counter-clockwise seen from outside.
         settings: scale and format.
         observer: receives a message about repairs and one about floating islands, if any.
+        name: of the part; written into the file, with its scale.
 
     Raises:
         actuator.failure.InvalidField: if a coordinate is not finite.
@@ -137,7 +141,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         surface, off = decimated(whole, settings.decimation)
         left_out = len(whole.triangles) - len(surface.triangles)
         observer(Message(f"{left_out} of {len(whole.triangles)} triangles left out, {off:.2g} mm off at most"))
-    data = _encode(surface.vertices, surface.triangles, settings.format)
+    data = _encode(surface, settings, name)
     found = inspect(data, settings.format)
     volume = float(component_volumes(surface).sum())
     box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
@@ -154,7 +158,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
     report: dict[str, Any] = {
         "manifold": steps,
         "file": asdict(found),
-        "islands": [asdict(island) for island in islands],
+        "islands": [{"volume": island.volume, "centre": island.centre} for island in islands],
         "decimated": len(whole.triangles) - len(surface.triangles),
         "moved": off,
         "checks": checks,
@@ -171,7 +175,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
     )
 
 
-def _listed(islands: list[Island]) -> str:
+def _listed(islands: list[Shell]) -> str:
     """The largest islands with volume and place."""
     shown = [
         f"{island.volume:.3g} mm³ at ({', '.join(f'{x:.1f}' for x in island.centre)}) mm" for island in islands[:SHOWN]
@@ -191,7 +195,7 @@ def inspect(data: bytes, format: Format) -> Inspection:
 
     from actuator.geometry.solid import component_volumes, rounded
 
-    mesh = _decode(data, format)
+    mesh = decode(data, format)
     surface = rounded(mesh.vertices, mesh.faces)
     if not len(surface.triangles):
         raise UnreadableSolid(f"The {format} file holds no triangles; export the part again.")
@@ -214,18 +218,32 @@ def inspect(data: bytes, format: Format) -> Inspection:
     )
 
 
-def _encode(vertices: Floats, triangles: Ints, format: Format) -> bytes:
+def _encode(surface: Surface, settings: Settings, name: str) -> bytes:
     import trimesh  # as in inspect
 
-    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    mesh = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
     mesh.units = "millimeters"
-    data = mesh.export(file_type=format)
+    title = f"{name or 'part'}, scale {settings.scale:g}, mm"
+    if settings.format == "stl":
+        data = mesh.export(file_type="stl")
+    else:
+        data = trimesh.Scene({title: mesh}).export(file_type=settings.format)
     if not isinstance(data, bytes):
-        raise TypeError(f"trimesh returned {type(data).__name__} for {format}")
-    return data
+        raise TypeError(f"trimesh returned {type(data).__name__} for {settings.format}")
+    return _header(title) + data[HEADER:] if settings.format == "stl" else data
 
 
-def _decode(data: bytes, format: Format) -> trimesh.Trimesh:
+def _header(title: str) -> bytes:
+    """The free text of a binary STL, which must not look like that of an ASCII one."""
+    return f"poro: {title}".encode("ascii", "replace")[:HEADER].ljust(HEADER)
+
+
+def decode(data: bytes, format: Format) -> trimesh.Trimesh:
+    """The triangles in the bytes of an STL or 3MF file, in mm, as they stand there.
+
+    Raises:
+        actuator.failure.UnreadableSolid: if the bytes are no such file.
+    """
     import trimesh  # as in inspect
 
     try:

@@ -14,7 +14,7 @@ from command_line import TINY, Poro
 from pipeline.exit_codes import ExitCode
 
 ROOT = Path(__file__).parent.parent
-COMMANDS = ["optimize", "refine", "mirror", "export", "run", "status", "convert", "schema"]
+COMMANDS = ["optimize", "refine", "mirror", "export", "run", "status", "plot", "check", "slice", "convert", "schema"]
 
 
 def test_help_names_the_commands_and_the_exit_codes(poro: Poro) -> None:

@@ -72,6 +72,19 @@ def test_stl_is_binary_symmetric_and_outward() -> None:
     assert volume > 0.0
 
 
+@pytest.mark.parametrize("name", ["actuator-2", "solid", "µ" * 100, ""])
+def test_file_says_what_it_is(name: str) -> None:
+    surface = tube()
+    stl = export.run(surface.vertices, surface.triangles, export.Settings(scale=1.5), name=name).data
+    assert stl[:80].decode("ascii").startswith(f"poro: {name.replace('µ', '?') or 'part'}"[:80])
+    assert len(stl_corners(stl)) == len(surface.triangles)
+    settings = export.Settings(scale=1.5, format="3mf")
+    data = export.run(surface.vertices, surface.triangles, settings, name=name).data
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        model = archive.read("3D/3dmodel.model").decode()
+    assert f"{name or 'part'}, scale 1.5, mm" in model
+
+
 def test_3mf_is_in_millimetres() -> None:
     surface = tube()
     data = export.run(surface.vertices, surface.triangles, export.Settings(format="3mf")).data

@@ -39,12 +39,15 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     assert len(called) > 10
     for words in called:
         ended = poro(*words, *(["--threads", 1] if words[0] in ("run", "optimize") else []))
-        assert ended.code == ExitCode.OK, shlex.join(words) + "\n" + ended.err
+        # The tiny case's part may not hold air; what matters here is that the checks are made.
+        fine = (ExitCode.OK, ExitCode.BAD_SOLID) if words[0] == "check" else (ExitCode.OK,)
+        assert ended.code in fine, shlex.join(words) + "\n" + ended.err
     found = {path.name for path in (tmp_path / "outputs").iterdir()}
     promised = {name.replace("NAME", "case14") for row in table("file") for name in re.findall(r"`(NAME[^`]*)`", row)}
     # The optimisation has ended, so that nothing of one under way is left.
     assert promised - found == {"case14.checkpoint.h5"}
     assert (tmp_path / "case14.vtu").exists()
+    assert (tmp_path / "case14.glb").exists()
 
 
 def test_exit_codes_are_those_of_the_program() -> None:

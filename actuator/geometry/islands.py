@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from actuator.geometry.solid import component_labels, signed_volumes
+from actuator.geometry.bodies import Shell, shells
 from actuator.geometry.zero_set import Surface
 
 Floats = NDArray[np.float64]
@@ -16,40 +14,24 @@ Floats = NDArray[np.float64]
 CHUNK = 1 << 22
 
 
-@dataclass(frozen=True)
-class Island:
-    """A body beside the largest one.
-
-    Attributes:
-        volume: of what its outer surface encloses, mm³.
-        centre: middle of its bounding box, (3,), mm.
-    """
-
-    volume: float
-    centre: tuple[float, float, float]
-
-
-def without_islands(surface: Surface) -> tuple[Surface, list[Island]]:
+def without_islands(surface: Surface) -> tuple[Surface, list[Shell]]:
     """The largest body with its cavities, and the bodies left out, largest first.
 
     Args:
         surface: closed, oriented 2-manifold.
     """
-    label = component_labels(surface)
-    of_triangle = label[surface.triangles[:, 0]]
-    volume = signed_volumes(surface, of_triangle)
-    bodies = np.flatnonzero(volume > 0.0)
-    largest = int(bodies[np.argmax(volume[bodies])])
-    islands = sorted((_island(surface, label, int(k), volume[k]) for k in bodies if k != largest), key=_largest_first)
+    parts = shells(surface)
+    largest, *islands = [part for part in parts if part.volume > 0.0]
     if not islands:
         return surface, []
-    cavities = np.flatnonzero(volume < 0.0)
-    first = np.array([np.flatnonzero(label == k)[0] for k in cavities], dtype=np.int64)
-    shell = surface.vertices[surface.triangles[of_triangle == largest]]
-    own = cavities[winding_number(shell, surface.vertices[first]) > 0.5]
-    kept = surface.triangles[np.isin(of_triangle, [largest, *own])]
-    used, triangles = np.unique(kept, return_inverse=True)
-    return Surface(surface.vertices[used], triangles.reshape(-1, 3)), islands
+    cavities = [part for part in parts if part.volume < 0.0]
+    corners = largest.surface.vertices[largest.surface.triangles]
+    places = np.array([cavity.surface.vertices[0] for cavity in cavities]).reshape(-1, 3)
+    inside = winding_number(corners, places) > 0.5
+    kept = [largest.surface, *(cavity.surface for cavity, own in zip(cavities, inside, strict=True) if own)]
+    offsets = np.cumsum([0, *(len(part.vertices) for part in kept)])
+    triangles = [part.triangles + offset for part, offset in zip(kept, offsets[:-1], strict=True)]
+    return Surface(np.concatenate([part.vertices for part in kept]), np.concatenate(triangles)), islands
 
 
 def winding_number(corners: Floats, points: Floats) -> Floats:
@@ -70,13 +52,3 @@ def winding_number(corners: Floats, points: Floats) -> Floats:
         dots = (np.einsum("...i,...i", u, v) * w for u, v, w in ((a, b, lc), (b, c, la), (c, a, lb)))
         found[first : first + step] = np.arctan2(triple, la * lb * lc + sum(dots)).sum(axis=1) / (2.0 * np.pi)
     return found
-
-
-def _island(surface: Surface, label: NDArray[np.int64], number: int, volume: float) -> Island:
-    points = surface.vertices[label == number]
-    x, y, z = (0.5 * (points.min(axis=0) + points.max(axis=0))).tolist()
-    return Island(float(volume), (x, y, z))
-
-
-def _largest_first(island: Island) -> tuple[float, tuple[float, float, float]]:
-    return -island.volume, island.centre
