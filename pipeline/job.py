@@ -141,6 +141,6 @@ def open_job(argument: Path, output: Path | None = None, changes: Changes | None
         default = Path("outputs") if Path("outputs").is_dir() else Path()
     own_export = case.export
     case = changes.applied(case) if changes else case
-    tag = "" if case.export.scale == own_export.scale else f".scale-{case.export.scale:g}"
+    tag = f".scale-{case.export.scale:g}" if changes and changes.scale is not None else ""
     files = Files(output or default, case.name, f"{case.name}{tag}.{case.export.format}")
     return Job(argument, case, text, own_export, files, given)
