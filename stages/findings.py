@@ -184,6 +184,9 @@ def air_chamber(found: Sealing, leak: Callable[[], Leak | None]) -> Finding:
             f"With plates glued on both ends, a chamber of {_volume(found.chambers[0])} is closed and reaches {reach}."
         )
         return Finding(Check.CHAMBER, "pass", text, measured)
+    if not any(found.openings) and found.bore:
+        text = "The axis runs through void at both ends, but no opening there is closed: a chamber is open at its side."
+        return Finding(Check.CHAMBER, "warn", text, measured)
     if not any(found.openings):
         return Finding(Check.CHAMBER, "not applicable", "The end faces have no opening.", measured)
     place = leak()

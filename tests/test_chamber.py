@@ -71,5 +71,12 @@ def test_a_part_without_openings_has_no_chamber() -> None:
         assert found.chambers == ()
 
 
+def test_a_slit_tube_has_a_bore_but_no_closed_opening() -> None:
+    found = glued(tube() - block(40.0, 2.0, 20.0, 0.0, 0.0, 10.0))
+    assert (found.openings, found.bore, found.chambers) == ((0.0, 0.0), True, ())
+    assert glued(tube()).bore
+    assert not glued(block(10.0, 10.0, 10.0)).bore
+
+
 def test_grooves_of_the_outer_wall_are_no_openings() -> None:
     assert glued(block(10.0, 10.0, 10.0) - block(20.0, 2.0, 2.0, 0.0, 0.0, 5.0)).openings == (0.0, 0.0)

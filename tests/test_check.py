@@ -74,6 +74,12 @@ def test_a_tube_with_a_side_hole_does_not() -> None:
     assert "narrower than the voxels" in one(coarser, Check.CHAMBER).text
 
 
+def test_a_tube_slit_from_end_to_end_is_warned_of() -> None:
+    chamber = one(checked(tube() - block(40.0, 2.0, 20.0, 0.0, 0.0, 10.0)), Check.CHAMBER)
+    assert chamber.verdict == "warn"
+    assert "open at its side" in chamber.text
+
+
 def test_a_bubble_is_only_a_warning() -> None:
     result = checked(Manifold.cube((10.0, 10.0, 10.0), True) - Manifold.cube((0.5, 0.5, 0.5), True))
     found = one(result, Check.CAVITIES)

@@ -39,12 +39,15 @@ class Sealing:
 
     Attributes:
         openings: area of the holes in the section at the lower and at the upper end, mm².
+        bore: whether the axis lies outside the material at both ends, as in a tube with a slit from end to end, whose
+            sections have no holes.
         chambers: volume of every closed chamber between the plates, mm³, largest first.
         both_ends: whether one of them touches both plates.
         others: volume of other cavities that the plates close, mm³, largest first.
     """
 
     openings: tuple[float, float]
+    bore: bool
     chambers: tuple[float, ...]
     both_ends: bool
     others: tuple[float, ...]
@@ -86,9 +89,12 @@ def sealing(surface: Surface, axis: Axis, glue: float) -> Sealing:
     ends = [(s.low[2] < low[2] + glue + near, s.high[2] > high[2] - glue - near) for s in cavities]
     closed = [(shell, end) for shell, end in zip(cavities, ends, strict=True) if any(end)]
     points = np.array([[*(0.5 * (low + high))[:2], low[2] + share * (high[2] - low[2])] for share in MIDDLE])
+    ends_of_axis = np.array([[*points[0, :2], low[2] + glue], [*points[0, :2], high[2] - glue]])
+    outside = winding_number(turned.vertices[turned.triangles], ends_of_axis) < 0.5
     is_chamber = [all(end) or _holds(shell, points) for shell, end in closed]
     return Sealing(
         openings,
+        bool(outside.all()),
         tuple(-shell.volume for (shell, _), yes in zip(closed, is_chamber, strict=True) if yes),
         any(all(end) for _, end in closed),
         tuple(-shell.volume for (shell, _), yes in zip(closed, is_chamber, strict=True) if not yes),
