@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from pydantic import ValidationError
 from actuator.failure import Failure
 from pipeline.artifact import program_version
 from pipeline.atomic import write_bytes
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.solid_file import read_solid
 from stages import check
 
@@ -91,21 +90,16 @@ def examine(part: Path, options: dict[str, Any]) -> Report:
             (ARTIFACT).
     """
     settings = _settings({name: value for name, value in options.items() if value is not None})
-    vertices, triangles = read_solid(part)
-    with part.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    solid = read_solid(part)
     try:
-        result = check.run(vertices, triangles, settings)
+        result = check.run(solid.vertices, solid.triangles, settings)
     except Failure as failure:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
-    return Report(part, digest, settings, result)
+    return Report(part, solid.sha256, settings, result)
 
 
 def _settings(given: dict[str, Any]) -> check.Settings:
     try:
         return check.Settings.model_validate(given)
     except ValidationError as error:
-        detail = error.errors()[0]
-        wrong = detail["msg"].replace("Input should be", "must be")
-        sentence = f"--{detail['loc'][0]}: {wrong}, not {detail['input']}; change the value."
-        raise Fault(ExitCode.USAGE, sentence) from None
+        raise wrong_option(f"--{error.errors()[0]['loc'][0]}", error) from None

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pyvista
 import trimesh
 from numpy.typing import NDArray
+from scipy.special import expit
 
 import stages.mirror
 import stages.refine
-from pipeline import artifact, atomic
+from actuator.geometry.sampling import sampled
+from pipeline import artifact, atomic, vtkhdf
 from pipeline.case import stored_case
-from pipeline.design import Design, read_design
+from pipeline.design import read_design
 from pipeline.exit_codes import ExitCode, Fault
 
 Floats = NDArray[np.float64]
@@ -49,8 +49,10 @@ def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
     case = stored_case(artifact.read_header(source).case_resolved, source)
     fine = stages.refine.run(design.domain, design.chi, case.refine)
     shape = stages.mirror.run(fine.domain, fine.chi, case.mirror)
-    found = _sampled(design, shape.vertices)
-    vertices = shape.vertices + found["displacement"] if deformed else shape.vertices
+    cells = design.domain.cells[:, vtkhdf.vtk_order()[:8]]
+    fields = {"pressure": design.pressure, "density": expit(design.chi)}
+    found, moved = sampled(design.domain.points, cells, shape.vertices, fields, design.displacement)
+    vertices = shape.vertices + moved if deformed else shape.vertices
     if ending == ".glb":
         vertices = METRES * vertices @ UP.T
     mesh = trimesh.Trimesh(vertices, shape.triangles, process=False)
@@ -58,28 +60,6 @@ def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
     data = mesh.export(file_type=ending[1:])
     assert isinstance(data, bytes)
     atomic.write_bytes(target, data)
-
-
-def _sampled(design: Design, points: Floats) -> dict[str, Floats]:
-    """Fields of a design at points of the whole cylinder, (n,) or (n, 3); X2 < 0 is the mirror image."""
-    domain = design.domain
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: _vtk_cells(domain.cells)}, domain.points)
-    # The fine mesh rounds the cylinder better than the coarse one: points outside take the nearest cell's value.
-    grid.point_data["pressure"] = design.pressure
-    grid.point_data["density"] = 1.0 / (1.0 + np.exp(-np.clip(design.chi, -50.0, 50.0)))
-    grid.point_data["displacement"] = design.displacement
-    side = np.where(points[:, 1] < 0.0, -1.0, 1.0)
-    half = pyvista.PolyData(points * np.stack([np.ones_like(side), side, np.ones_like(side)], axis=1))
-    sampled: Any = half.sample(grid, snap_to_closest_point=True)
-    fields = {name: np.asarray(sampled[name], dtype=np.float64) for name in ("pressure", "density", "displacement")}
-    fields["displacement"][:, 1] *= side
-    return fields
-
-
-def _vtk_cells(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    from pipeline import vtkhdf
-
-    return np.ascontiguousarray(cells[:, vtkhdf.vtk_order()[:8]])
 
 
 def _colours(values: Floats) -> NDArray[np.uint8]:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 
 class ExitCode(IntEnum):
@@ -40,6 +44,13 @@ class Fault(Exception):
     def __init__(self, code: ExitCode, sentence: str) -> None:
         super().__init__(sentence)
         self.code = code
+
+
+def wrong_option(option: str, error: ValidationError) -> Fault:
+    """The fault for a value of a command's option that its stage refuses."""
+    detail = error.errors()[0]
+    wrong = detail["msg"].replace("Input should be", "must be")
+    return Fault(ExitCode.USAGE, f"{option}: {wrong}, not {detail['input']}; change the value.")
 
 
 def unexpected(error: Exception, log: Path | str) -> Fault:

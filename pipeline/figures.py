@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from manifold3d import Manifold, Mesh64
 from numpy.typing import NDArray
 
+from actuator.geometry.solid import manifold_of
+from actuator.geometry.zero_set import Surface
 from pipeline.atomic import replacing
 from pipeline.offscreen import ABOVE, BODY, PAPER, drawn_apart, reduce_colours
 
@@ -108,8 +109,7 @@ def _pieces(vertices: Floats, triangles: Ints, cut: bool) -> list[tuple[Floats, 
     """Corners (n, 3, 3) of the triangles to be drawn and their colour: all, or the half X2 > 0 and its cut face."""
     if not cut:
         return [(vertices[triangles], BODY)]
-    solid = Manifold(Mesh64(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, dtype=np.uint64)))
-    half = solid.trim_by_plane((0.0, 1.0, 0.0), 0.0).to_mesh64()
+    half = manifold_of(Surface(vertices, triangles)).trim_by_plane((0.0, 1.0, 0.0), 0.0).to_mesh64()
     corners = half.vert_properties[:, :3][half.tri_verts]
     on_cut = np.abs(corners[:, :, 1]).max(axis=1) < 1e-6 * np.ptp(vertices)
     return [(corners[~on_cut], BODY), (corners[on_cut], CUT)]

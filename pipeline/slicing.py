@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from actuator.failure import Failure, NotManifold
 from pipeline.atomic import replacing, write_bytes
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.solid_file import read_solid
 from stages import slices
 from stages.events import Message
@@ -143,12 +143,14 @@ def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], No
     try:
         settings = slices.Settings.model_validate({"thickness": thickness, "direction": direction})
     except ValidationError as error:
-        wrong = error.errors()[0]["msg"].replace("Input should be", "must be")
-        raise Fault(ExitCode.USAGE, f"--layer: {wrong} (mm), not {thickness:g}; change the value.") from None
-    vertices, triangles = read_solid(part)
+        raise wrong_option("--layer", error) from None
+    solid = read_solid(part)
     try:
         result = slices.run(
-            vertices, triangles, settings, lambda event: say(event.text) if isinstance(event, Message) else None
+            solid.vertices,
+            solid.triangles,
+            settings,
+            lambda event: say(event.text) if isinstance(event, Message) else None,
         )
     except Failure as failure:
         code = ExitCode.BAD_SOLID if isinstance(failure, NotManifold) else ExitCode.ARTIFACT

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +16,23 @@ from stages import export
 FORMATS: dict[str, export.Format] = {".stl": "stl", ".3mf": "3mf"}
 
 
-def read_solid(part: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (n, 3), mm, and triangles (m, 3) as they stand in a file.
+@dataclass(frozen=True)
+class SolidFile:
+    """A file and the triangles in it, as they stand there.
+
+    Attributes:
+        vertices: (n, 3), mm.
+        triangles: (m, 3).
+        sha256: of the file's bytes.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    sha256: str
+
+
+def read_solid(part: Path) -> SolidFile:
+    """Read a file.
 
     Args:
         part: the file; its ending tells the format.
@@ -37,4 +54,5 @@ def read_solid(part: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
     if not len(mesh.faces):
         raise Fault(ExitCode.ARTIFACT, f"{part}: holds no triangles; give another file.")
-    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    vertices, triangles = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    return SolidFile(vertices, triangles, hashlib.sha256(data).hexdigest())

@@ -92,8 +92,7 @@ def _part_lines(part: Mapping[str, Any]) -> list[str]:
         _line("bounding box", f"{box} mm"),
     ]
     if part["islands"]:
-        # Older records list volumes only.
-        volumes = [island["volume"] if isinstance(island, Mapping) else island for island in part["islands"]]
+        volumes = [island["volume"] for island in part["islands"]]
         lines.append(_line("loose bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
     return lines
 

@@ -262,7 +262,7 @@ def test_masks_are_the_right_way_up(tmp_path: Path, poro: Poro) -> None:
         (["--height", "6"], "--height 6: the part is 6 mm high"),
         (["--height", "-0.1"], "--height -0.1: the part is 6 mm high"),
         (["--height", "nan"], "--height nan: the part is 6 mm high"),
-        (["--layer", "0"], "--layer: must be greater than or equal to 0.001 (mm), not 0"),
+        (["--layer", "0"], "--layer: must be greater than or equal to 0.001, not 0"),
         (["--layer", "nan"], "--layer: must be"),
         (["--layer", "20"], "--layer 20: the part is only 6 mm high"),
         (["--number", "5", "--format", "png", "--pixel", "0"], "--pixel 0: must be above 0 mm"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from actuator.geometry.distance import separation
 from actuator.geometry.solid import manifold_of, prove_solid, surface_of
 from actuator.geometry.zero_set import Surface
@@ -24,7 +22,7 @@ def decimated(surface: Surface, tolerance: float) -> tuple[Surface, float]:
     within = tolerance
     for _ in range(TRIALS):
         simple = surface_of(manifold_of(surface).simplify(within))
-        coarse = prove_solid(np.asarray(simple.vertices), simple.triangles).surface
+        coarse = prove_solid(simple.vertices, simple.triangles).surface
         off = separation(surface, coarse)
         if off <= tolerance:
             return coarse, off

@@ -1,0 +1,44 @@
+"""Fields of the half cylinder at any points of the whole one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Changes the side of the symmetry plane X2 = 0.
+MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+def sampled(
+    vertices: Floats, cells: Ints, points: Floats, scalars: dict[str, Floats], vector: Floats
+) -> tuple[dict[str, Floats], Floats]:
+    """Interpolate vertex fields at points, by VTK; what lies at X2 < 0 is the mirror image.
+
+    Args:
+        vertices: of the half, (n_vertices, 3), mm.
+        cells: vertices of its hexahedra, (n_cells, 8), in VTK's order.
+        points: (n, 3), mm; those outside of all cells, beyond a facet of the wall, take the nearest place's values.
+        scalars: by name, (n_vertices,) each.
+        vector: (n_vertices, 3).
+
+    Returns:
+        The scalars, (n,) each, and the vector, (n, 3), at the points.
+    """
+    import pyvista  # slow to load: only where something is sampled
+
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: np.ascontiguousarray(cells)}, vertices)
+    names = {f"scalar {name}": values for name, values in scalars.items()} | {"vector": vector}
+    for name, values in names.items():
+        grid.point_data[name] = values
+    mirrored = (points[:, 1] < 0.0)[:, None]
+    found: Any = pyvista.PolyData(np.where(mirrored, points * MIRROR, points)).sample(grid, snap_to_closest_point=True)
+    moved = np.asarray(found["vector"], dtype=np.float64)
+    return (
+        {name: np.asarray(found[f"scalar {name}"], dtype=np.float64) for name in scalars},
+        np.where(mirrored, moved * MIRROR, moved),
+    )
