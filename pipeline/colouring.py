@@ -7,15 +7,11 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.special import expit
 
-import stages.mirror
-import stages.refine
-from actuator.geometry.sampling import sampled
-from pipeline import artifact, atomic, vtkhdf
-from pipeline.case import stored_case
+from pipeline import atomic
 from pipeline.design import read_design
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.shape import fields_at
 
 Floats = NDArray[np.float64]
 
@@ -46,12 +42,8 @@ def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
     if not target.parent.is_dir():
         raise Fault(ExitCode.USAGE, f"{target}: there is no folder {target.parent}; make it or choose another.")
     design = read_design(source)
-    case = stored_case(artifact.read_header(source).case_resolved, source)
-    fine = stages.refine.run(design.domain, design.chi, case.refine)
-    shape = stages.mirror.run(fine.domain, fine.chi, case.mirror)
-    cells = design.domain.cells[:, vtkhdf.vtk_order()[:8]]
-    fields = {"pressure": design.pressure, "density": expit(design.chi)}
-    found, moved = sampled(design.domain.points, cells, shape.vertices, fields, design.displacement)
+    shape = design.shape
+    found, moved = fields_at(design, shape.vertices)
     vertices = shape.vertices + moved if deformed else shape.vertices
     if ending == ".glb":
         vertices = METRES * vertices @ UP.T

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline import artifact, contents
-from pipeline.case import stored_case
+from pipeline.case import Case, stored_case
 
 if TYPE_CHECKING:
     from actuator.domain import HalfCylinder
+    from actuator.geometry.zero_set import Surface
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +32,8 @@ class Design:
         displacement: u at the vertices, (n_vertices, 3), mm.
         history: columns by name, one entry per design.
         summary: of the stage.
+        case: as it was optimised.
+        arm: rigid motion of the arm's root: T1, T3 in mm and θ2 in rad, (3,).
     """
 
     name: str
@@ -39,6 +43,19 @@ class Design:
     displacement: Floats
     history: dict[str, Floats]
     summary: dict[str, Any]
+    case: Case
+    arm: Floats
+
+    @cached_property
+    def shape(self) -> Surface:
+        """The shape that refining and mirroring make of it, closed, in the size of the computation.
+
+        Raises:
+            actuator.failure.EmptySolid: if nothing is solid.
+        """
+        from pipeline.shape import shape_of  # the stages: only for what is drawn with the shape
+
+        return shape_of(self)
 
 
 def read_design(path: Path) -> Design:
@@ -48,7 +65,7 @@ def read_design(path: Path) -> Design:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
     domain, chi = contents.design(path, "optimize")
-    pressure, displacement = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement")
+    pressure, displacement, arm = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement", "arm")
     case = stored_case(artifact.read_header(path).case_resolved, path)
     _, load, _ = case.optimize.parameters()
     return Design(
@@ -59,4 +76,6 @@ def read_design(path: Path) -> Design:
         displacement[: len(chi)],
         artifact.read_group(path, "optimize", "history"),
         contents.summary(path, "optimize"),
+        case,
+        arm,
     )

@@ -84,6 +84,12 @@ class Job:
         """The artifact of a stage."""
         return self.argument if self.given and self.given.stage == stage else self.files.artifact(stage)
 
+    @property
+    def simulation(self) -> Path | None:
+        """The artifact of ``poro simulate``, if it lies beside the optimisation's."""
+        path = self.artifact("optimize").with_name(f"{self.case.name}.simulation.h5")
+        return path if path.is_file() else None
+
     def recorded(self, stage: str) -> Case:
         """The case as a stage's artifact records it; another scale or format of one part is not the case's."""
         return self.case if stage == "export" else self.case.model_copy(update={"export": self.own_export})

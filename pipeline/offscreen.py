@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 import tempfile
@@ -36,6 +37,18 @@ def drawn_apart(module: str, arrays: dict[str, NDArray[np.generic]]) -> bytes | 
 
 def reduce_colours(png: Path) -> None:
     """Store a PNG with 256 colours, which halves the file and looks the same."""
-    with Image.open(png, formats=["PNG"]) as drawn:
-        small = drawn.convert("RGB").quantize(256)
-    small.save(png, format="PNG", optimize=True)
+    png.write_bytes(with_fewer_colours(png.read_bytes()))
+
+
+def with_fewer_colours(png: bytes) -> bytes:
+    """A PNG with 256 colours, mixed by dots where these do not suffice: bands would look like contours."""
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(png), formats=["PNG"]) as drawn:
+        full = drawn.convert("RGB")
+    # The palette takes rare colours as seriously as frequent ones, or the ends of a colour bar would fade; and the paper
+    # stays white.
+    found = full.quantize(255, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*found[: 3 * 255], 255, 255, 255])
+    full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(small, format="PNG", optimize=True)
+    return small.getvalue()

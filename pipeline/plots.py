@@ -1,12 +1,16 @@
-"""Figures of an optimised design as the paper has them: histories, section, views.
+"""Figures of an optimised design as the paper has them, to files or to bytes.
 
-Histories and section are drawn by matplotlib and can be vector graphics; the views need VTK.
+All but the views are drawn by matplotlib and can be vector graphics, with pixels inside for shaded solids and fields;
+the views need VTK.
 """
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +22,12 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from pipeline.atomic import replacing
+from actuator.failure import Failure
+from pipeline.arm_figure import arm_figure
+from pipeline.atomic import write_bytes
 from pipeline.design import Design, Floats
-from pipeline.offscreen import drawn_apart, reduce_colours
+from pipeline.initial_figure import initial_figure
+from pipeline.offscreen import drawn_apart, with_fewer_colours
 from pipeline.vtkhdf import vtk_order
 
 # Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
@@ -31,43 +38,98 @@ PIECES = 6
 MESH, OUTLINE = "#b9c2cc", "#3a3f45"
 
 
-def plot_design(design: Design, folder: Path, format: str = "png") -> tuple[list[Path], list[str]]:
+class NoPicture(Exception):
+    """Why a figure cannot be drawn, in a sentence."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure as the bytes of a file.
+
+    Attributes:
+        kind: what it shows, a key of :data:`FIGURES` or ``views`` or ``pressure``.
+        format: ``png`` or ``svg``.
+        data: the bytes.
+    """
+
+    kind: str
+    format: str
+    data: bytes
+
+
+def plot_design(
+    design: Design, folder: Path, format: str = "png", simulation: Path | None = None
+) -> tuple[list[Path], list[str]]:
     """Draw all figures of a design.
 
     Args:
         design: the design.
         folder: where the figures go; their names begin with the case's.
-        format: ``png`` or ``svg`` for histories and section; the views are always PNG.
+        format: ``png`` or ``svg`` for all but the views, which are always PNG.
+        simulation: artifact of ``poro simulate``, if there is one.
 
     Returns:
         The files, and a sentence for each figure that could not be drawn.
 
     Raises:
+        Fault: if the simulation is unreadable (ARTIFACT).
         OSError: if the folder or the disk does not take a figure.
     """
     files, problems = [], []
-    drawers: tuple[tuple[str, Callable[[Design], Figure]], ...] = (("history", history), ("section", section))
-    for kind, draw in drawers:
-        path = folder / f"{design.name}-{kind}.{format}"
-        figure = draw(design)
-        canvas: Any = (FigureCanvasSVG if format == "svg" else FigureCanvasAgg)(figure)
-        with replacing(path) as temporary:
-            canvas.print_figure(temporary, format=format)
-            if format == "png":
-                reduce_colours(temporary)
-        files.append(path)
-    path = folder / f"{design.name}-views.png"
-    drawn = drawn_apart("pipeline.views", _corners(design))
-    if drawn is None:
-        problems.append(
-            f"{path}: not drawn, as VTK cannot draw on this machine; an OpenGL library such as Mesa may be missing."
-        )
-    else:
-        with replacing(path) as temporary:
-            temporary.write_bytes(drawn)
-            reduce_colours(temporary)
-        files.append(path)
+    for kind in (*FIGURES, *(["pressure"] if simulation else []), "views"):
+        path = folder / f"{design.name}-{kind}.{'png' if kind == 'views' else format}"
+        try:
+            write_bytes(path, draw(design, kind, format, simulation).data)
+            files.append(path)
+        except (Failure, NoPicture) as failure:
+            problems.append(f"{path}: not drawn: {failure}")
     return files, problems
+
+
+def draw(design: Design, kind: str, format: str = "png", simulation: Path | None = None) -> Drawing:
+    """Draw one figure.
+
+    Args:
+        design: the design.
+        kind: a key of :data:`FIGURES`, ``views``, or ``pressure``.
+        format: ``png`` or ``svg``; views are always PNG.
+        simulation: artifact of ``poro simulate``, for ``pressure``.
+
+    Raises:
+        NoPicture: if it needs VTK and VTK cannot draw here.
+        actuator.failure.Failure: if there is no solid to draw.
+        Fault: if the simulation is unreadable (ARTIFACT).
+    """
+    if kind == "views":
+        drawn = drawn_apart("pipeline.views", _corners(design))
+        if drawn is None:
+            raise NoPicture("VTK cannot draw on this machine; an OpenGL library such as Mesa may be missing.")
+        return Drawing(kind, "png", with_fewer_colours(drawn))
+    if kind == "pressure":
+        assert simulation is not None
+        return _printed(kind, path_figure(simulation), format)
+    return _printed(kind, FIGURES[kind](design), format)
+
+
+def _printed(kind: str, figure: Figure, format: str) -> Drawing:
+    canvas: Any = (FigureCanvasSVG if format == "svg" else FigureCanvasAgg)(figure)
+    written = io.BytesIO()
+    # Without a date, the same design gives the same bytes.
+    canvas.print_figure(written, format=format, metadata={"Date": None} if format == "svg" else None)
+    data = written.getvalue()
+    return Drawing(kind, format, with_fewer_colours(data) if format == "png" else data)
+
+
+def path_figure(simulation: Path) -> Figure:
+    """Pressure against displacement, from the artifact of ``poro simulate``.
+
+    Raises:
+        Fault: if it is unreadable (ARTIFACT).
+    """
+    # By name: only where there is a simulation are its modules needed.
+    reader, drawer = import_module("pipeline.simulation"), import_module("pipeline.path_plot")
+    figure: Figure = drawer.pressure_displacement(reader.read_simulation(simulation))
+    return figure
 
 
 def history(design: Design) -> Figure:
@@ -104,6 +166,7 @@ def section(design: Design) -> Figure:
         mesh = Triangulation(moved[:, 0], moved[:, 1], triangles)
         image = axes.tripcolor(mesh, np.clip(pressure, 0.0, 1.0), shading="gouraud", cmap="viridis", vmin=0.0, vmax=1.0)
         solid = axes.tricontourf(mesh, chi, levels=[0.0, np.inf], colors="none")
+        image.set_rasterized(True)  # as vectors it would take 100 MB
         image.set_clip_path(solid.get_paths()[0], axes.transData)
         axes.tricontour(mesh, chi, levels=[0.0], colors=OUTLINE, linewidths=0.8)
         frames = PolyCollection(list(moved[outlines]), facecolors="none", edgecolors=MESH, linewidths=0.25)
@@ -146,3 +209,12 @@ def _corners(design: Design) -> dict[str, NDArray[np.generic]]:
         "pressure": design.pressure,
         "displacement": design.displacement,
     }
+
+
+#: What matplotlib draws of a design, by kind.
+FIGURES: dict[str, Callable[[Design], Figure]] = {
+    "initial": initial_figure,
+    "history": history,
+    "section": section,
+    "arm": arm_figure,
+}
