@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
-from actuator.geometry.zero_set import Surface, solid_boundary
+from actuator.geometry.zero_set import solid_boundary
 from actuator.initial_design import initial_design
 from actuator.source import pressure_source
 from pipeline.design import Design

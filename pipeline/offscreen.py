@@ -45,9 +45,9 @@ def with_fewer_colours(png: bytes) -> bytes:
     small = io.BytesIO()
     with Image.open(io.BytesIO(png), formats=["PNG"]) as drawn:
         full = drawn.convert("RGB")
-    # The palette takes rare colours as seriously as frequent ones, or the ends of a colour bar would fade; and the paper
-    # stays white.
+    # The palette takes rare colours as seriously as frequent ones, or the ends of a colour bar would fade.
     found = full.quantize(255, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
+    # The paper stays white.
     palette = Image.new("P", (1, 1))
     palette.putpalette([*found[: 3 * 255], 255, 255, 255])
     full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(small, format="PNG", optimize=True)

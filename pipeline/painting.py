@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
@@ -50,7 +50,7 @@ def paint(axes: Axes, surface: Surface, direction: tuple[float, float, float], c
     seen = triangles[triangle_normals(vertices, triangles) @ rows[2] > 0.0]
     place = vertices @ rows.T
     seen = seen[np.argsort(place[seen, 2].sum(axis=1))]
-    colours = LinearSegmentedColormap.from_list("shades", ["black", to_rgb(colour)])
+    colours = LinearSegmentedColormap.from_list("shades", [(0.0, "black"), (1.0, colour)])
     # A triangulation wants each point used; unused ones are left out.
     used, seen = np.unique(seen, return_inverse=True)
     mesh = Triangulation(place[used, 0], place[used, 1], seen.reshape(-1, 3))

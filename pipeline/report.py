@@ -118,10 +118,12 @@ class Missing:
 
 @dataclass
 class Findings:
-    """What ``poro check`` found, and where that is from."""
+    """What ``poro check`` found, where that is from, and along which direction the part is built."""
 
     origin: str
-    found: dict[str, Any]
+    direction: str
+    summary: str
+    rows: list[tuple[str, str, str]]
 
 
 @dataclass
@@ -221,14 +223,29 @@ def _find_part(job: Job, found: Gathered, check: bool) -> None:
     if stored.is_file():
         findings = _read_json(stored)
         if findings.get("sha256") == hashlib.sha256(part.read_bytes()).hexdigest():
-            found.findings = Findings(f"from {stored.name}", findings)
+            found.findings = _findings(stored, findings)
             return
     if check:
-        found.findings = Findings(
-            "made for this report with the default settings", json.loads(examine(part, {}).as_json())
-        )
+        report = examine(part, {})
+        rows = [(finding.name.value, str(finding.verdict), finding.text) for finding in report.result.findings]
+        origin = "made for this report with the default settings"
+        found.findings = Findings(origin, report.settings.direction, report.result.summary, rows)
     else:
         found.missing.append(Missing("the checks for printing", f"poro check {part}"))
+
+
+def _findings(stored: Path, found: dict[str, Any]) -> Findings:
+    """Stored findings of ``poro check``."""
+    try:
+        rows = [(str(each["name"]), str(each["verdict"]), str(each["text"])) for each in found["findings"]]
+        direction, summary = str(found["settings"]["direction"]), str(found["summary"])
+    except (LookupError, TypeError) as error:
+        raise _foreign(stored) from error
+    return Findings(f"from {stored.name}", direction, summary, rows)
+
+
+def _foreign(path: Path) -> Fault:
+    return Fault(ExitCode.ARTIFACT, f"{path}: holds no report of poro; delete it and make it again.")
 
 
 def _find_comparison(optimised: Path, found: Gathered) -> None:
@@ -249,7 +266,7 @@ def _read_json(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise Fault(ExitCode.ARTIFACT, f"{path}: cannot be read ({error}); delete it and make it again.") from None
     if not isinstance(found, dict):
-        raise Fault(ExitCode.ARTIFACT, f"{path}: holds no report of poro; delete it and make it again.")
+        raise _foreign(path)
     return found
 
 

@@ -66,7 +66,7 @@ def comparisons(design: Design, reference: Reference | None) -> list[Comparison]
     summary, history = design.summary, design.history
     _, load, _ = design.case.optimize.parameters()
     start = {name: float(history[name][0]) for name in ("C", "C0", "T1", "T3", "theta2")}
-    start["elongation"] = abs(start["T3"] - load.arm_length * math.sin(start["theta2"]))
+    start["elongation"] = load.arm_length * math.sin(start["theta2"]) - start["T3"]
     end = {
         "C": summary["C"],
         "C0": summary["terms"]["C0"],
@@ -135,10 +135,11 @@ def opening(design: Design, reference: Reference | None) -> str:
         whose = f"the paper's actuator for an allowable strain of {100 * reference.strain_limit:g} %"
         whose += ", on the paper's mesh" if on_the_papers_mesh(case.domain) else ", on another mesh than the paper's"
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
+    beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
     sentences = [
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
         f"Under {1e3 * load.pressure:.3g} kPa it turns the arm by {turned:.2f}° and moves the spring's end by "
-        f"{moved:.2f} mm{f', {100 * moved / reference.elongation:.0f} % of what the paper reports' if reference else ''}.",
+        f"{moved:.2f} mm{beside}.",
         f"{_count(summary['updates'], 'design update')} and {_count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",
     ]
