@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -189,7 +190,7 @@ def _gather(job: Job, check: bool) -> Gathered:
     if job.simulation:
         found.simulation = import_module("pipeline.simulation").read_simulation(job.simulation)
     else:
-        found.missing.append(Missing("pressure–displacement curve", f"poro simulate {path}"))
+        found.missing.append(Missing("pressure–displacement curve", _command("simulate", path)))
     _find_comparison(path, found)
     return found
 
@@ -212,11 +213,11 @@ def _find_part(job: Job, found: Gathered, check: bool) -> None:
     optimised, record = job.artifact("optimize"), job.artifact("export")
     summary = found.summary("export")
     if not summary:
-        found.missing.append(Missing("the part to print, and its checks", f"poro export {optimised}"))
+        found.missing.append(Missing("the part to print, and its checks", _command("export", optimised)))
         return
-    part = record.with_name(summary["file"])
+    part = record.with_name(Path(summary["file"]).name)
     if not part.is_file():
-        found.missing.append(Missing(f"{part.name}, which is gone", f"poro export {optimised} --force"))
+        found.missing.append(Missing(f"{part.name}, which is gone", _command("export", optimised, "--force")))
         return
     found.part = part
     stored = part.with_name(f"{part.name}.check.json")
@@ -231,7 +232,7 @@ def _find_part(job: Job, found: Gathered, check: bool) -> None:
         origin = "made for this report with the default settings"
         found.findings = Findings(origin, report.settings.direction, report.result.summary, rows)
     else:
-        found.missing.append(Missing("the checks for printing", f"poro check {part}"))
+        found.missing.append(Missing("the checks for printing", _command("check", part)))
 
 
 def _findings(stored: Path, found: dict[str, Any]) -> Findings:
@@ -253,11 +254,17 @@ def _find_comparison(optimised: Path, found: Gathered) -> None:
     stored = optimised.with_name(f"{found.design.name}.compare.json")
     if stored.is_file():
         found.comparison = list(report_rows.leaves(_read_json(stored)))
+    else:
+        found.missing.append(Missing("comparison with a measurement", _command("compare", optimised, "MEASURED.csv")))
     for format in ("svg", "png"):
         picture = stored.with_suffix(f".{format}")
         if picture.is_file():
             found.comparison_picture = _address(format, picture.read_bytes())
             break
+
+
+def _command(*words: object) -> str:
+    return shlex.join(["poro", *map(str, words)])
 
 
 def _read_json(path: Path) -> dict[str, Any]:

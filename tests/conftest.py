@@ -6,11 +6,13 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import TINY, Ended, Poro
 
 from actuator import compilation
+from pipeline import contents
 from pipeline.cli import call
 
 
@@ -48,3 +50,17 @@ def folder(finished: Path, tmp_path: Path) -> Path:
     """A copy of that folder, to be spoilt; it is the working folder of ``poro``."""
     shutil.copytree(finished, tmp_path, dirs_exist_ok=True)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def report(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of that run."""
+    folder = tmp_path_factory.mktemp("report")
+    assert call(["report", str(finished / "tiny.h5"), "--output", str(folder)]) == 0
+    return folder / "tiny.report.html"
+
+
+@pytest.fixture(scope="session")
+def summary(finished: Path) -> dict[str, Any]:
+    """What the optimisation of that run reports."""
+    return contents.summary(finished / "tiny.h5", "optimize")
