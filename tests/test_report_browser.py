@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 from browser import browser, media, pixels, requested, show
 
-from pipeline.cli import call
-
 ORANGE = np.array([232, 163, 61])
 
 
@@ -198,12 +196,3 @@ def test_without_javascript_there_is_a_still_picture(page: Any, report: Path) ->
         assert "JavaScript is off" in page.find_element("tag name", "noscript").text
     finally:
         page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
-
-
-def test_report_of_a_run_alone_has_its_view(finished: Path, tmp_path: Path, page: Any) -> None:
-    (tmp_path / "tiny.h5").write_bytes((finished / "tiny.h5").read_bytes())
-    assert call(["report", str(tmp_path / "tiny.h5")]) == 0
-    show(page, tmp_path / "tiny.report.html")
-    media(page)
-    assert drawn(pixels(canvas(page))).mean() > 0.03
-    assert "poro export" in page.find_element("id", "missing-table").text
