@@ -17,6 +17,7 @@ from actuator.geometry.creases import parted_at_creases
 from actuator.geometry.decimation import decimated
 from actuator.geometry.islands import without_islands
 from actuator.geometry.solid import prove_solid
+from actuator.geometry.splitting import split_where_curved
 from actuator.geometry.zero_set import Surface
 from pipeline.colouring import COLOURS
 from pipeline.design import Design
@@ -28,6 +29,8 @@ Floats = NDArray[np.float64]
 
 #: How far the displayed surface may lie off, over R, and the most triangles before it may lie off twice as far.
 TOLERANCE, MOST = 1.0 / 300.0, 60_000
+#: How far pressure over p_in, and displacement over R, may be from linear along the edges of displayed triangles.
+LINEAR = 0.04
 #: Colours from no to full pressure.
 STEPS = 64
 
@@ -102,8 +105,16 @@ def model_of(design: Design) -> Model:
     while len(simple.triangles) > MOST and tolerance < 0.1 * design.domain.radius:
         tolerance *= 2.0
         simple, off = decimated(whole, tolerance)
-    found, moved = fields_at(design, simple.vertices)
-    return Model(simple, simple.vertices + moved, found["pressure"], len(whole.triangles), off, islands)
+
+    def state(points: Floats) -> Floats:
+        """Pressure over p_in and displacement over R."""
+        fields, moved = fields_at(design, points)
+        return np.column_stack([fields["pressure"], moved / design.domain.radius])
+
+    # A flat end needs few triangles, but the pressure falls steeply there.
+    simple, values = split_where_curved(simple, state, LINEAR, TOLERANCE * design.domain.radius)
+    moved = simple.vertices + design.domain.radius * values[:, 1:]
+    return Model(simple, moved, values[:, 0], len(whole.triangles), off, islands)
 
 
 def _base64(values: NDArray[Any]) -> str:
