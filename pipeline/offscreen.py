@@ -15,6 +15,7 @@ from PIL import Image
 #: What all pictures of solids share: colours, and the direction to the eye that shows one from above.
 BODY, PAPER = "#7fa7c9", "#ffffff"
 ABOVE = (1.0, -1.3, 0.75)
+WHITE = (255, 255, 255)
 LONGEST_DRAWING = 120.0  # s; a driver that hangs must not hang the pipeline
 
 
@@ -42,13 +43,16 @@ def reduce_colours(png: Path) -> None:
 
 def with_fewer_colours(png: bytes) -> bytes:
     """A PNG with 256 colours, mixed by dots where these do not suffice: bands would look like contours."""
-    small = io.BytesIO()
     with Image.open(io.BytesIO(png), formats=["PNG"]) as drawn:
         full = drawn.convert("RGB")
     # The palette takes rare colours as seriously as frequent ones, or the ends of a colour bar would fade.
     found = full.quantize(255, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
-    # The paper stays white.
     palette = Image.new("P", (1, 1))
-    palette.putpalette([*found[: 3 * 255], 255, 255, 255])
-    full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(small, format="PNG", optimize=True)
+    palette.putpalette([*found, *WHITE])
+    mixed = full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    # The paper stays white, for which the nearest colour found is not always taken.
+    paper = Image.fromarray((np.asarray(full) == WHITE).all(axis=2))
+    mixed.paste(len(found) // 3, mask=paper)
+    small = io.BytesIO()
+    mixed.save(small, format="PNG", optimize=True)
     return small.getvalue()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from matplotlib import colormaps
 from PIL import Image
 
 from pipeline.figures import draw_part
+from pipeline.offscreen import with_fewer_colours
 
 
 @pytest.fixture
@@ -39,6 +42,23 @@ def _looked_at(picture: Path) -> None:
 def test_part_is_drawn_whole_and_cut_open(part: Path) -> None:
     draw_part(part, part.with_suffix(".png"))
     _looked_at(part.with_suffix(".png"))
+
+
+def test_fewer_colours_keep_white_and_the_ends_of_a_colour_bar() -> None:
+    drawn = np.full((200, 300, 3), 255, dtype=np.uint8)
+    drawn[20:180, 20:200, 2] = np.arange(160)[:, None]  # a slow gradient
+    drawn[20:180, 250:260] = colormaps["viridis"](np.linspace(0.0, 1.0, 160), bytes=True)[:, None, :3]
+    given = io.BytesIO()
+    Image.fromarray(drawn).save(given, format="PNG")
+    with Image.open(io.BytesIO(with_fewer_colours(given.getvalue()))) as small:
+        assert small.mode == "P"
+        found = np.asarray(small.convert("RGB")).astype(int)
+    white = (drawn == 255).all(axis=2)
+    assert (found[white] == 255).all()
+    off = np.abs(found - drawn)
+    assert off[20:180, 250:260].mean() < 8
+    assert off[[20, 179], 250:260].mean() < 16
+    assert off.mean() < 4
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="hides the libraries in the way of Linux")
