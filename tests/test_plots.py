@@ -36,7 +36,8 @@ def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
     assert [0.01 < drawn(file) < 0.9 for file in files] == [True] * 5
 
 
-def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path) -> None:
+def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
     ended = poro("plot", folder / "tiny.yaml", "--output", folder, "--format", "svg")
     assert ended.code == 0, ended.err
     for kind in ("initial", "history", "section", "arm"):
@@ -101,6 +102,7 @@ def test_simulation_is_drawn_where_there_is_one(
     poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch, simulation: Path
 ) -> None:
     monkeypatch.setattr(plots, "FIGURES", {})
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
     ended = poro("plot", folder / "tiny.h5", "--format", "svg")
     assert ended.code == 0, ended.err
     assert str(folder / "tiny-pressure.svg") in ended.out
@@ -111,6 +113,7 @@ def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path, monkeypat
     with h5py.File(folder / "tiny.h5", "r+") as file:
         file["vertices/chi"][...] = -1.0
     monkeypatch.setattr(plots, "FIGURES", {kind: plots.FIGURES[kind] for kind in ("initial", "arm")})
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
     ended = poro("plot", folder / "tiny.h5")
     assert ended.code == 0, ended.err
     assert "tiny-arm.png: not drawn: Nothing is solid" in ended.out
