@@ -33,3 +33,7 @@ class SolveFailure(Failure):
 
 class UnreadableSolid(Failure):
     """Bytes that should hold a solid hold none."""
+
+
+class UnusableRecording(Failure):
+    """A recorded test holds nothing that can be compared with a prediction."""
