@@ -114,11 +114,11 @@ def split(pressure: Floats) -> Cycles:
         if not whole[number]:
             continue
         top = row(peak)
-        # Of a rest before or after, only the row next to the branch belongs to it.
-        resting = np.flatnonzero(pressure[row(valleys[number]) : top] <= level)
-        start = row(valleys[number]) + (int(resting[-1]) if len(resting) else 0)
-        resting = np.flatnonzero(pressure[top : row(valleys[number + 1]) + 1] <= level)
-        end = top + int(resting[0]) if len(resting) else row(valleys[number + 1])
+        # Rows at rest on either side are left out, but rather too few than too many: where a noisy signal first leaves
+        # the band may lie in the rest, where it last does, well above it.
+        rise, fall = row(valleys[number]), row(valleys[number + 1])
+        start = max(rise, rise + int(np.argmax(pressure[rise : top + 1] > level)) - 1)
+        end = min(fall, fall + 1 - int(np.argmax(pressure[top : fall + 1][::-1] > level)))
         returns = coarse[valleys[number + 1]] <= low + NEAR_REST * span
         cycles.append(_cycle(slice(start, top + 1), slice(top, end + 1) if returns else None, float(coarse[peak])))
     return Cycles(tuple(cycles), rest, sum(loaded) - len(cycles))
@@ -127,7 +127,7 @@ def split(pressure: Floats) -> Cycles:
 def _rest(pressure: Floats, before: slice, low: float, band: float) -> tuple[Flags, float]:
     """Rows (n,) at rest among those before a peak, and the highest pressure that still is rest."""
     candidates = pressure[before]
-    level = max(low, float(candidates.min()))
+    level = float(candidates[np.abs(candidates - low).argmin()])
     for _ in range(20):  # the lowest value lies below a noisy rest's middle; each step moves to the middle
         middle = float(np.median(candidates[np.abs(candidates - level) <= band]))
         if middle == level:
