@@ -15,7 +15,7 @@ from pipeline.job import Job
 from pipeline.plan import Step, plan
 from pipeline.progress import Reporter, reporting
 
-__all__ = ["open_job", "perform", "plan", "plot", "steps_json", "steps_text"]
+__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "steps_json", "steps_text"]
 
 
 def open_job(argument: Path, output: Path | None = None, **changes: Any) -> Job:
@@ -51,7 +51,7 @@ def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
         MemoryError: if the mesh is too large.
         KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
     """
-    _make(job.files.folder)
+    make_folder(job.files.folder)
     with reporting(job.files.log) as reporter:
         reporter.log.info("poro %s: %s", program_version(), job.argument)
         execution = Execution(job, reporter, fresh)
@@ -84,12 +84,17 @@ def plot(job: Job, format: str) -> str:
     from pipeline.plots import plot_design
 
     design = read_design(job.artifact("optimize"))
-    _make(job.files.folder)
+    make_folder(job.files.folder)
     files, problems = plot_design(design, job.files.folder, format)
     return "\n".join([*map(str, files), *problems])
 
 
-def _make(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
+    """Make a folder for results unless it is there.
+
+    Raises:
+        Fault: if that cannot be (USAGE).
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -30,7 +30,9 @@ FIRST_ROWS = 20
 class Settings(Section):
     """How a recording is aligned and compared."""
 
-    target: float | None = Field(None, gt=0, description="pressure at which deviations are told; p_in if not given [kPa]")
+    target: float | None = Field(
+        None, gt=0, description="pressure at which deviations are told; p_in if not given [kPa]"
+    )
     zero: Literal["rest", "first", "none"] = Field(
         "rest", description="zero of both signals: median at rest, of the first rows, or as recorded"
     )
@@ -158,7 +160,7 @@ def run(measured: Recording, predicted: Prediction, settings: Settings) -> Resul
     if not compared:
         raise UnusableRecording(
             f"the target pressure of {target:.4g} kPa is never reached, the highest is {max(tops):.4g} kPa; check unit "
-            "and sensitivity, or compare at a lower pressure with --target."
+            "and sensitivity, or compare at a lower target."
         )
     notes = _notes(found, compared, settings, measured, target)
     top = min(cycle.peak for cycle in compared) - alignment.pressure
@@ -207,7 +209,9 @@ def _aligned(measured: Recording, found: cycles.Cycles, settings: Settings) -> t
     displacement = measured.displacement
     if settings.lag:
         if measured.time is None:
-            raise UnusableRecording("a lag can only be taken out of a recording with a time column; remove --lag.")
+            raise UnusableRecording(
+                "a lag can only be taken out of a recording with a time column; leave the lag at 0."
+            )
         # What the displacement's signal shows at t + lag happened at t.
         displacement = np.interp(measured.time + settings.lag, measured.time, displacement)
     rows = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,15 +94,13 @@ def split(pressure: Floats) -> Cycles:
     padded = np.concatenate([[low - span], coarse, [low - span]])
     peaks = find_peaks(padded, prominence=PROMINENCE * span)[0] - 1
     bounds = [0, *peaks.tolist(), len(coarse) - 1]
-    valleys = [a + int(np.argmin(coarse[a : b + 1])) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    valleys = [a + int(np.argmin(coarse[a : b + 1])) for a, b in pairwise(bounds)]
 
     def row(index: int) -> int:
         return min(index * block + block // 2, len(pressure) - 1)
 
     loaded = [coarse[peak] - coarse[valley] > PROMINENCE * span for peak, valley in zip(peaks, valleys, strict=False)]
-    whole = [
-        rises and coarse[valley] <= low + NEAR_REST * span for rises, valley in zip(loaded, valleys, strict=False)
-    ]
+    whole = [rises and coarse[valley] <= low + NEAR_REST * span for rises, valley in zip(loaded, valleys, strict=False)]
     if not any(loaded):
         raise UnusableRecording("there is no loading part: the pressure only falls; record from rest upwards.")
     if not any(whole):

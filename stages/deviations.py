@@ -216,7 +216,8 @@ def stiffness(pressure: Floats, measured: Floats, path: Path) -> Stiffness:
     """
     from scipy.optimize import minimize_scalar  # slow to load: only where a recording is compared
 
-    fewest = np.isfinite(interpolated(*path, pressure)).sum() / 2  # else a soft part would be judged by its first points
+    # Else a soft part, whose prediction ends early, would be judged by its first points.
+    fewest = np.isfinite(interpolated(*path, pressure)).sum() / 2
 
     def rms(factor: float) -> float:
         left = measured - interpolated(path[0] * factor, path[1], pressure)
