@@ -54,7 +54,7 @@ def _aligned(found: Comparison) -> list[str]:
 
 def _target(found: Comparison) -> str:
     target = found.result.target
-    spread = "" if target.spread is None else f" ± {target.spread:.2f}"
+    spread = "" if target.spread is None else f" ± {target.spread:.2g}"
     if target.predicted is None or target.deviation is None:
         return f"measured {target.mean:.2f}{spread} mm; the prediction does not say"
     percent = "" if target.percent is None else f" ({target.percent:+.1f} %)"

@@ -172,7 +172,10 @@ def hysteresis(
     if not whole.any():
         return None
     gaps = unloading[whole] - loading[whole]
-    areas = np.trapezoid(gaps, pressure) / np.trapezoid(loading[whole], pressure)
+    areas = [
+        float(np.trapezoid(gap, pressure) / np.trapezoid(under, pressure))
+        for gap, under in zip(gaps, loading[whole], strict=True)
+    ]
     gap, mean = gaps.mean(axis=0), loading[whole].mean(axis=0)
     widest = int(np.abs(gap).argmax())
     lag = None
@@ -187,7 +190,7 @@ def hysteresis(
         lag = float(np.trapezoid(gap, pressure)) / late if late > 0.0 else None
     return Hysteresis(
         area=100.0 * float(np.trapezoid(gap, pressure) / np.trapezoid(mean, pressure)),
-        areas=100.0 * areas,
+        areas=100.0 * np.array(areas),
         width=100.0 * float(np.abs(gap[widest]) / np.ptp(mean)),
         at=float(pressure[widest]),
         lag=lag,
