@@ -145,7 +145,7 @@ def _column(where: str, index: int, title: str, unit: str, quantity: Quantity) -
     known = known if known in units else folded.get(known.casefold(), "")
     if known in units:
         return Column(index, title, known, units[known], known in _VOLTS)
-    fault = f"its unit '{unit}' is unknown" if unit else "it has no unit"
+    fault = f"'{unit}' is no unit of {quantity} that is known" if unit else "it has no unit"
     remedy = f"write one of {', '.join(units)} into the header, as in '{_parted(title)[0]} [{next(iter(units))}]'"
     if not unit:
         remedy += f", or into the option: --{quantity}-column '{title} [{next(iter(units))}]'"
