@@ -12,10 +12,12 @@ from matplotlib.figure import Figure
 
 from pipeline.comparison import Comparison
 from pipeline.offscreen import reduce_colours
+from stages.deviations import Target
 
 #: More points of a side are not seen apart, and make vector graphics heavy.
 MOST_POINTS = 1500
-LOADING, UNLOADING, PREDICTED = "#1f4e79", "#c55a11", "#000000"
+#: Dark for averages, light for the rows themselves.
+LOADING, UNLOADING, PREDICTED = ("#1f4e79", "#a9c4e0"), ("#c55a11", "#f3c39f"), "#000000"
 
 
 def draw(found: Comparison, target: Path, format: str) -> None:
@@ -44,28 +46,36 @@ def figure_of(found: Comparison) -> Figure:
         ("loading", LOADING, result.mean_loading, [cycle.loading for cycle in result.cycles]),
         ("unloading", UNLOADING, result.mean_unloading, [cycle.unloading for cycle in result.cycles]),
     )
-    for name, colour, mean, branches in sides:
+    for name, (dark, light), mean, branches in sides:
         rows = [np.arange(part.start, part.stop) for part in branches if part is not None]
         if not rows:
             continue
         shown = np.concatenate(rows)
         shown = shown[:: -(-len(shown) // MOST_POINTS)]
         points = result.aligned.pressure[shown], result.aligned.displacement[shown]
-        axes.plot(*points, ".", color=colour, alpha=0.25, markersize=4.0, markeredgewidth=0.0)
-        axes.plot(result.pressure, mean, color=colour, linewidth=1.6, label=f"measured, {name}, {_mean(len(rows))}")
+        axes.plot(*points, "o", color=light, markersize=4.0, markeredgewidth=0.0, zorder=1.5)
+        axes.plot(result.pressure, mean, color=dark, linewidth=1.2, label=f"measured, {name}, {_mean(len(rows))}")
     pressure, displacement = found.prediction.pressure, found.prediction.displacement
     if found.prediction.curve:
         label = f"predicted, {found.source.field}"
         axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label=label)
     else:
         axes.plot([0.0, *pressure], [0.0, *displacement], "D", color=PREDICTED, label="predicted, no curve")
-    at = result.target.pressure
-    axes.axvline(at, color="#7f7f7f", linestyle="--", linewidth=1.0, label=f"target {at:.4g} kPa")
+    target = result.target
+    axes.axvline(target.pressure, color="#7f7f7f", linestyle="--", linewidth=1.0, label=_target(target))
+    axes.plot(target.pressure, target.mean, "o", color=LOADING[0], markersize=7.0)
+    if target.predicted is not None and found.prediction.curve:
+        axes.plot(target.pressure, target.predicted, "o", color=PREDICTED, markersize=7.0)
     axes.set(xlabel="pressure [kPa]", ylabel="displacement of the spring's end [mm]")
     axes.set_title(found.title, fontsize=9)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper left")
     return figure
+
+
+def _target(target: Target) -> str:
+    at = f"target {target.pressure:.4g} kPa"
+    return at if target.deviation is None else f"{at}, deviation {target.deviation:+.2f} mm"
 
 
 def _mean(count: int) -> str:
