@@ -180,10 +180,12 @@ def run(measured: Recording, predicted: Prediction, settings: Settings) -> Resul
     loading, unloading = both(aligned.displacement)
     times = None if aligned.time is None else both(aligned.time)
     path = deviations.rising(predicted.pressure, predicted.displacement)
-    on_grid = deviations.interpolated(*path, grid) if predicted.curve else np.full(POINTS, np.nan)
+    on_grid = deviations.response(path)(grid) if predicted.curve else np.full(POINTS, np.nan)
     known = np.isfinite(on_grid)
     has_curve = int(known.sum()) >= POINTS // 10
     mean = loading.mean(axis=0)
+    if not (np.ptp(loading, axis=1) > 0.0).all():
+        raise UnusableRecording("the displacement is constant while the pressure rises; check sensor and column.")
     at_target = np.array([branch(cycle.loading, aligned.displacement, np.array([target]))[0] for cycle in compared])
     expected = deviations.at_target(path, target, predicted.curve, predicted.target)
     return Result(

@@ -15,6 +15,8 @@ Flags = NDArray[np.bool_]
 
 #: Fewest rows of a loading or an unloading: with fewer, a spike would pass for one.
 FEWEST_ROWS = 5
+#: Largest part of a branch's pressures without a row: between, its curve would be a guess.
+LARGEST_GAP = 0.3
 #: Turning points are looked for in the means of at most so many blocks: this takes noise away, and bounds the time that
 #: prominences take, which grows with the square of the number of small peaks.
 BLOCKS = 4000
@@ -119,7 +121,9 @@ def split(pressure: Floats) -> Cycles:
         start = max(rise, rise + int(np.argmax(pressure[rise : top + 1] > level)) - 1)
         end = min(fall, fall + 1 - int(np.argmax(pressure[top : fall + 1][::-1] > level)))
         returns = coarse[valleys[number + 1]] <= low + NEAR_REST * span
-        cycles.append(_cycle(slice(start, top + 1), slice(top, end + 1) if returns else None, float(coarse[peak])))
+        branches = slice(start, top + 1), slice(top, end + 1) if returns else None
+        _check(pressure, *branches)
+        cycles.append(Cycle(*branches, float(coarse[peak])))
     return Cycles(tuple(cycles), rest, sum(loaded) - len(cycles))
 
 
@@ -137,14 +141,24 @@ def _rest(pressure: Floats, before: slice, low: float, band: float) -> tuple[Fla
     return rest, level + band
 
 
-def _cycle(loading: slice, unloading: slice | None, peak: float) -> Cycle:
+def _check(pressure: Floats, loading: slice, unloading: slice | None) -> None:
+    """Refuse branches of too few rows, or with too few between rest and peak."""
     for name, rows in (("loading", loading), ("unloading", unloading)):
-        if rows is not None and rows.stop - rows.start < FEWEST_ROWS:
+        if rows is None:
+            continue
+        where = f"rows {rows.start + 1} to {rows.stop} of the numbers are a whole {name} part"
+        if rows.stop - rows.start < FEWEST_ROWS:
             raise UnusableRecording(
-                f"rows {rows.start + 1} to {rows.stop} of the numbers are a whole {name} part of fewer than "
-                f"{FEWEST_ROWS} rows; remove a spike there, or record more often."
+                f"{where} of fewer than {FEWEST_ROWS} rows; remove a spike there, or record more often."
             )
-    return Cycle(loading, unloading, peak)
+        levels = np.sort(pressure[rows])
+        widest = int(np.diff(levels).argmax())
+        if levels[widest + 1] - levels[widest] > LARGEST_GAP * (levels[-1] - levels[0]):
+            gap = levels[widest + 1] - levels[widest]
+            raise UnusableRecording(
+                f"{where} that leaves out {gap:.3g} kPa between two rows; change the pressure more slowly, or record "
+                "more often."
+            )
 
 
 def curve(pressure: Floats, values: Floats, grid: Floats, half_width: float) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,24 +129,28 @@ def rising(pressure: Floats, displacement: Floats) -> Path:
     return p[higher], d[higher]
 
 
-def interpolated(pressure: Floats, displacement: Floats, at: Floats) -> Floats:
-    """Displacements (g,) on a path (m,) at pressures (g,); NaN where it does not reach.
+def response(path: Path) -> Callable[[Floats], Floats]:
+    """Displacements on a path at pressures (g,); NaN where it does not reach.
 
     Piecewise cubic, without overshoot between the points (Fritsch & Butland 1984, doi:10.1137/0905021).
     """
     from scipy.interpolate import PchipInterpolator  # slow to load: only where a recording is compared
 
-    # The last point of both may be one pressure, computed in two ways.
-    reach = pressure[-1] * (1.0 + 1e-9)
-    found = PchipInterpolator(pressure, displacement)(np.clip(at, 0.0, pressure[-1]))
-    return np.where((at >= 0.0) & (at <= reach), found, np.nan)
+    cubic, last = PchipInterpolator(*path), path[0][-1]
+
+    def at(pressure: Floats) -> Floats:
+        # The last pressure may have been computed in two ways.
+        covered = (pressure >= 0.0) & (pressure <= last * (1.0 + 1e-9))
+        return np.where(covered, cubic(np.clip(pressure, 0.0, last)), np.nan)
+
+    return at
 
 
 def at_target(path: Path, target: float, curve: bool, known: float) -> float | None:
     """Predicted displacement at the target, mm; of a prediction without a curve only at the pressure ``known``."""
     if not curve:
         return float(path[1][-1]) if abs(target - known) <= 1e-3 * known else None
-    found = float(interpolated(*path, np.array([target]))[0])
+    found = float(response(path)(np.array([target]))[0])
     return found if np.isfinite(found) else None
 
 
@@ -205,8 +210,8 @@ def linearity(pressure: Floats, displacement: Floats) -> Linearity:
     return Linearity(
         slope=float(slope),
         intercept=float(intercept),
-        r_squared=1.0 - float(np.sum(off**2)) / variance,
-        largest=100.0 * float(np.abs(off).max() / np.ptp(displacement)),
+        r_squared=1.0 - float(np.sum(off**2)) / variance if variance > 0.0 else 1.0,  # of a level curve nothing is left
+        largest=100.0 * float(np.abs(off).max() / np.ptp(displacement)) if variance > 0.0 else 0.0,
     )
 
 
@@ -220,12 +225,14 @@ def stiffness(pressure: Floats, measured: Floats, path: Path) -> Stiffness:
     from scipy.optimize import minimize_scalar  # slow to load: only where a recording is compared
 
     # Else a soft part, whose prediction ends early, would be judged by its first points.
-    fewest = np.isfinite(interpolated(*path, pressure)).sum() / 2
+    uncovered = 10.0 * float(np.abs(measured).max() + np.abs(path[1]).max())
+    predicted = response(path)
+    fewest = np.isfinite(predicted(pressure)).sum() / 2
 
     def rms(factor: float) -> float:
-        left = measured - interpolated(path[0] * factor, path[1], pressure)
+        left = measured - predicted(pressure / factor)
         known = np.isfinite(left)
-        return float(np.sqrt(np.mean(left[known] ** 2))) if known.sum() >= fewest else np.inf
+        return float(np.sqrt(np.mean(left[known] ** 2))) if known.sum() >= fewest else uncovered
 
     # There may be several minima: first a look at all of the range, in equal ratios; 1 is one of them.
     looked = np.geomspace(*FACTORS, STEPS)
