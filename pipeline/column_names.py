@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 
+from pipeline.case_text import shown
 from pipeline.exit_codes import ExitCode, Fault
 
 
@@ -65,7 +66,7 @@ _UNIT = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]
 
 def named(column: Column) -> str:
     """How sentences name a column."""
-    return f"column '{column.title}'"
+    return f"column '{shown(column.title)}'"
 
 
 def columns_of(where: str, header: list[str], wanted: dict[Quantity, str | None]) -> dict[Quantity, Column]:
@@ -85,14 +86,14 @@ def columns_of(where: str, header: list[str], wanted: dict[Quantity, str | None]
         given = wanted.get(quantity)
         places = _given(where, titles, quantity, given) if given else _places(titles, quantity)
         if len(places) > 1:
-            shown = ", ".join(f"'{titles[place]}'" for place in places)
+            these = ", ".join(f"'{shown(titles[place])}'" for place in places)
             remedy = "rename all but one" if given else f"name one with --{quantity}-column"
-            raise Fault(ExitCode.ARTIFACT, f"{where}: the columns {shown} may all be the {quantity}; {remedy}.")
+            raise Fault(ExitCode.ARTIFACT, f"{where}: the columns {these} may all be the {quantity}; {remedy}.")
         if places:
             unit = _parted(titles[places[0]])[1] or (_parted(given)[1] if given else "")
             found[quantity] = _column(where, places[0], titles[places[0]], unit, quantity)
         elif quantity is not Quantity.TIME:
-            known = ", ".join(f"'{title}'" for title in titles)[:200]
+            known = shown(", ".join(f"'{title}'" for title in titles), 200)
             raise Fault(
                 ExitCode.ARTIFACT,
                 f"{where}: no column is the {quantity}; write '{quantity} [{next(iter(_UNITS[quantity]))}]' or "
@@ -132,8 +133,8 @@ def _given(where: str, titles: list[str], quantity: Quantity, given: str) -> lis
     places = places or [place for place, title in enumerate(titles) if title == _parted(given)[0]]
     if not places:
         close = difflib.get_close_matches(given, titles, n=1, cutoff=0.5)
-        shown = ", ".join(f"'{title}'" for title in close or titles)[:200]
-        raise Fault(ExitCode.USAGE, f"--{quantity}-column: {where} has no column '{given}'; name {shown}.")
+        names = shown(", ".join(f"'{title}'" for title in close or titles), 200)
+        raise Fault(ExitCode.USAGE, f"--{quantity}-column: {where} has no column '{given}'; name {names}.")
     return places
 
 
@@ -145,8 +146,10 @@ def _column(where: str, index: int, title: str, unit: str, quantity: Quantity) -
     known = known if known in units else folded.get(known.casefold(), "")
     if known in units:
         return Column(index, title, known, units[known], known in _VOLTS)
-    fault = f"'{unit}' is no unit of {quantity} that is known" if unit else "it has no unit"
-    remedy = f"write one of {', '.join(units)} into the header, as in '{_parted(title)[0]} [{next(iter(units))}]'"
+    fault = f"'{shown(unit)}' is no unit of {quantity} that is known" if unit else "it has no unit"
+    remedy = (
+        f"write one of {', '.join(units)} into the header, as in '{shown(_parted(title)[0])} [{next(iter(units))}]'"
+    )
     if not unit:
-        remedy += f", or into the option: --{quantity}-column '{title} [{next(iter(units))}]'"
-    raise Fault(ExitCode.ARTIFACT, f"{where}: column '{title}': {fault}; {remedy}.")
+        remedy += f", or into the option: --{quantity}-column '{shown(title)} [{next(iter(units))}]'"
+    raise Fault(ExitCode.ARTIFACT, f"{where}: column '{shown(title)}': {fault}; {remedy}.")

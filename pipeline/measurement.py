@@ -17,6 +17,7 @@ from typing import TextIO
 
 import numpy as np
 
+from pipeline.case_text import shown
 from pipeline.column_names import Column, Quantity, columns_of, named
 from pipeline.exit_codes import ExitCode, Fault
 from stages.compare import Recording
@@ -190,10 +191,12 @@ def _numbers(
 def _wrong_number(column: Column, text: str, delimiter: str) -> str:
     if not text.strip():
         return f"{named(column)}: the cell is empty; correct or remove the line"
-    shown = text.strip()[:40]
+    if "\n" in text or "\r" in text:
+        return f"{named(column)}: a quotation mark before this line is not closed; remove it"
+    cell = shown(text.strip())
     if delimiter == "," and "," in text:
-        return f"{named(column)}: '{shown}' has a decimal comma; separate the cells by semicolons or tabs"
-    return f"{named(column)}: '{shown}' is no number; correct or remove the line"
+        return f"{named(column)}: '{cell}' has a decimal comma; separate the cells by semicolons or tabs"
+    return f"{named(column)}: '{cell}' is no number; correct or remove the line"
 
 
 def _factor(column: Column, quantity: Quantity, sensors: Sensors) -> float:

@@ -184,6 +184,7 @@ WRONG = {
     "thousands": ("p [kPa];u [mm]\n1.234,5;2\n", ":2: column 'p [kPa]': '1.234,5' is no number"),
     "time": (f"{GOOD}\n1,2,3\n1,2,2\n", ":3: column 'time [s]': the time 2 comes after 3; put the rows in the order"),
     "endless line": ("pressure " * 20_000, ":1: is too long for a table"),
+    "quote over lines": (f'{GOOD}\n1,2,3\n"1,2,3\n1",2,3\n', ":4: column 'pressure [kPa]': a quotation mark before"),
     "open quote": (f'{GOOD}\n"1,2,3\n' + "1,2,3\n" * 30_000, ": this is no table"),
 }
 
