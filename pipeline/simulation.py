@@ -10,10 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline import artifact, contents
-from pipeline.exit_codes import Fault
-
-STAGE = "simulate"
-FIELDS = ("density", "thresholded")
+from pipeline.case import stored_case
 
 
 @dataclass(frozen=True)
@@ -41,12 +38,7 @@ def read_simulation(path: Path) -> Simulation:
     Raises:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
-    summary = contents.summary(path, STAGE)
-    curves = {}
-    for field in FIELDS:
-        try:
-            curves[field] = artifact.read_group(path, STAGE, f"curves/{field}")
-        except Fault:
-            if field == FIELDS[0]:
-                raise
-    return Simulation(str(summary["name"]), float(summary["pressure_in"]), curves, summary)
+    case = stored_case(artifact.read_header(path).case_resolved, path)
+    summary = contents.summary(path, "simulate")
+    curves = {name: artifact.read_group(path, "simulate", f"curves/{name}") for name in summary["fields"]}
+    return Simulation(case.name, summary["pressure_in"], curves, summary)

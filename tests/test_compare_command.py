@@ -23,6 +23,8 @@ from stages.settings import ProblemSettings
 PART = ("--scale", "1.5", "--youngs", "1.0")
 #: At target: N/mm² and mm of the computed case that become 20 kPa and 23 mm.
 PRESSURE_IN, ELONGATION = 0.02 * 2.736, 23.0 / 1.5
+FIELDS = ("density", "thresholded")
+SUMMARY = contents.summarised({"pressure_in": PRESSURE_IN, "fields": {name: {} for name in FIELDS}})
 
 
 @pytest.fixture
@@ -39,13 +41,12 @@ def simulated(folder: Path) -> Path:
         f"curves/{field}/{name}": Dataset(
             values * (0.9 if (field, name) == ("thresholded", "elongation") else 1.0), "", ""
         )
-        for field in ("density", "thresholded")
+        for field in FIELDS
         for name, values in columns.items()
     }
     design = artifact.read_header(folder / "tiny.h5")
     header = replace(design, stage="simulate", identity="this simulation", upstream_identity=design.identity)
-    summary = contents.summarised({"name": "tiny", "pressure_in": PRESSURE_IN})
-    artifact.write(folder / "tiny.simulation.h5", header, datasets | summary)
+    artifact.write(folder / "tiny.simulation.h5", header, datasets | SUMMARY)
     return folder
 
 
@@ -143,10 +144,9 @@ def test_without_a_simulation_the_single_point_is_compared(folder: Path, measure
 
 def test_simulation_of_an_older_design_is_told(simulated: Path, measured: Path, poro: Poro) -> None:
     path = simulated / "tiny.simulation.h5"
-    curves = {field: artifact.read_group(path, "simulate", f"curves/{field}") for field in ("density", "thresholded")}
+    curves = {field: artifact.read_group(path, "simulate", f"curves/{field}") for field in FIELDS}
     datasets = {f"curves/{f}/{name}": Dataset(values, "", "") for f, c in curves.items() for name, values in c.items()}
-    summary = contents.summarised({"name": "tiny", "pressure_in": PRESSURE_IN})
-    artifact.write(path, replace(artifact.read_header(path), upstream_identity="another"), datasets | summary)
+    artifact.write(path, replace(artifact.read_header(path), upstream_identity="another"), datasets | SUMMARY)
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == 0
     assert "tiny.simulation.h5 was not made from this tiny.h5; run `poro simulate` again" in ended.out
