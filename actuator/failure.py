@@ -23,6 +23,10 @@ class LooseBodies(Failure):
     """The solid is of several bodies, and that was to be refused."""
 
 
+class UnusableRecording(Failure):
+    """A recorded test holds nothing that can be compared with a prediction."""
+
+
 class GridTooLarge(Failure):
     """A grid would have more voxels than the memory should be asked for."""
 

@@ -25,7 +25,7 @@ from stages.settings import Section
 
 #: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
-RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".checkpoint", ".stl", ".3mf")
+RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".compare", ".checkpoint", ".stl", ".3mf")
 
 SHIPPED = (Path(__file__).parent / "configs", Path(__file__).parent.parent / "configs")
 

@@ -7,10 +7,16 @@ forces by Ē R̄²/(E R²), the spring by Ē R̄/(E R), and displacements by R̄
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from stages.settings import ProblemSettings, Section
+
+#: A number, or an array of any shape.
+Quantity = TypeVar("Quantity", float, NDArray[np.float64])
 
 
 class Settings(Section):
@@ -77,3 +83,21 @@ def run(
         spring_length=length,
         spring_travel=None if elongation is None else scale * elongation,
     )
+
+
+def scaled(
+    pressure: Quantity, length: Quantity, problem: ProblemSettings, scale: float, youngs_modulus: float
+) -> tuple[Quantity, Quantity]:
+    """A pressure and a length of the computed case on the printed part.
+
+    Args:
+        pressure: N/mm².
+        length: or displacement, mm.
+        problem: the case as it was optimised.
+        scale: R̄ / R.
+        youngs_modulus: Ē, N/mm².
+
+    Returns:
+        The pressure in kPa, and the length in mm, in the shapes given.
+    """
+    return 1e3 * pressure * (youngs_modulus / problem.material.youngs_modulus), scale * length

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 from command_line import TINY, Poro
+from synthetic import EXAMPLE
 
 from pipeline.case import Case
 from pipeline.exit_codes import ExitCode
@@ -35,6 +37,7 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20")
     (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\n")
+    shutil.copy(EXAMPLE, tmp_path / "measured.csv")
     called = commands()
     assert len(called) > 10
     for words in called:
