@@ -15,8 +15,7 @@ from actuator.discretisation import Discretisation
 from actuator.domain import Floats
 from actuator.initial_design import smooth_minimum
 from actuator.kernels import interpolate, ordered_sum, vertex_gradient
-from actuator.material import FAST
-from actuator.material import sigmoid
+from actuator.material import FAST, sigmoid
 from actuator.parameters import Objective
 
 

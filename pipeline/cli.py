@@ -17,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from pipeline.cli_fit import fit
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.stage_names import STAGES, Stage
 
@@ -262,6 +263,9 @@ def convert(
         from pipeline.conversion import convert as convert_artifact
 
         convert_artifact(source, target)
+
+
+app.command()(fit)
 
 
 @app.command()
