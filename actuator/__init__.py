@@ -13,7 +13,7 @@ def _separate_kernel_cache() -> None:
     sets NUMBA_CACHE_DIR himself is obeyed.
     """
     here = Path(__file__).parent
-    sources = (file.read_bytes() for file in sorted(here.glob("*.py")))
+    sources = (file.read_bytes() for file in sorted(here.rglob("*.py")))
     text = b"".join(source for source in sources if b"from numba import" in source)
     folder = f"kernels-{hashlib.sha256(text).hexdigest()[:16]}"
     os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache(here) / folder))

@@ -12,24 +12,32 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
+from actuator.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
 
-def compile_kernels() -> None:
-    """Fill the cache of compiled kernels unless that has been done; takes a minute once.
+#: A law of each type, to compile its kernels with.
+EXAMPLES: dict[str, Law] = {
+    type(law).__name__: law for law in (NEO_HOOKE, MooneyRivlin(0.1), Yeoh(0.01, 0.001), Ogden.of([1.0], [3.0]))
+}
+
+
+def compile_kernels(law: Law = NEO_HOOKE) -> None:
+    """Fill the cache of compiled kernels for a type of law unless that has been done; takes a minute once for each.
 
     Where it cannot be done, in a folder that is not writable for instance, kernels are compiled as they are needed.
     """
-    if _stamp().exists():
+    name = type(law).__name__
+    if _stamp(name).exists():
         return
-    subprocess.run([sys.executable, "-m", __name__], check=False, capture_output=True)
+    subprocess.run([sys.executable, "-m", __name__, name], check=False, capture_output=True)
 
 
-def _stamp() -> Path:
-    version = f"{metadata.version('numba')}-{sys.implementation.cache_tag}"
+def _stamp(law: str) -> Path:
+    version = f"{metadata.version('numba')}-{sys.implementation.cache_tag}-{law}"
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"compiled-{version}"
 
 
-def _use_everything() -> None:
-    """One design update of a smallest case calls every kernel with every type."""
+def _use_everything(law: str) -> None:
+    """One design update of a smallest case calls every kernel with every type of number, for one law."""
     from actuator.domain import HalfCylinder
     from actuator.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
@@ -47,14 +55,15 @@ def _use_everything() -> None:
         void_permeability_rate=1e3,
         permeability_contrast=1e-6,
         hessian_regularisation=1e-6,
+        law=EXAMPLES[law],
     )
     load = Load(pressure=0.0547, arm_length=60.0, spring_stiffness=0.041)
     limits = Objective(1e-3, 1.0, 1e6, 1e6, 1e5, energy_limit=0.0268, interface_width=3.0, diffusivity_length=15.0)
     objective = ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
     optimiser = Optimiser(objective, max_products=2)
     optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, limits.interface_width)), 1)
-    _stamp().touch()
+    _stamp(law).touch()
 
 
 if __name__ == "__main__":
-    _use_everything()
+    _use_everything(sys.argv[1] if len(sys.argv) > 1 else NeoHooke.__name__)

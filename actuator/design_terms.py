@@ -14,8 +14,8 @@ from actuator.assembly import Gather, scatter_vector
 from actuator.discretisation import Discretisation
 from actuator.domain import Floats
 from actuator.initial_design import smooth_minimum
-from actuator.kernels import FAST, interpolate, ordered_sum, vertex_gradient
-from actuator.material import sigmoid
+from actuator.kernels import interpolate, ordered_sum, vertex_gradient
+from actuator.material import FAST, sigmoid
 from actuator.parameters import Objective
 
 

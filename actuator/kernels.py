@@ -1,7 +1,8 @@
 """Compiled element loops: the residual and the derivative of the Lagrangian.
 
-Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G J^(-2/3) dev(F Fᵀ) does the
-work τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5).
+Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
+τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). :mod:`actuator.elasticity` has what depends on
+the hyperelastic law.
 """
 
 from __future__ import annotations
@@ -9,10 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from actuator.material import drainage, energy, inverse, left_cauchy_green, permeability, stiffness
-
-# Contraction to fused multiply-add is allowed; no reordering, so that results do not depend on the thread count.
-FAST = {"contract", "nsz", "arcp"}
+from actuator.elasticity import add_stress, contraction, energy_density, kirchhoff_stress
+from actuator.material import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
 
 
 @njit(cache=True)
@@ -53,13 +52,6 @@ def vertex_gradient(field, vertices, gradient, out):
         out[i] = field[vertices[0]] * gradient[0, i]
         for a in range(1, 8):
             out[i] += field[vertices[a]] * gradient[a, i]
-
-
-@njit(cache=True, inline="always")
-def push(Finv, g, out):
-    """Write F⁻ᵀ g."""
-    for i in range(3):
-        out[i] = Finv[0, i] * g[0] + Finv[1, i] * g[1] + Finv[2, i] * g[2]
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
@@ -109,12 +101,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
                 trace = left_cauchy_green(F, b)
                 E = stiffness(x, c)[0]
                 log_J = np.log(J)
-                spherical = E * c.bulk * log_J - J * pressure
-                G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
-                for i in range(3):
-                    for j in range(3):
-                        b[i, j] *= G
-                    b[i, i] += spherical - G * trace / 3.0
+                kirchhoff_stress(c, E, E * c.bulk * log_J - J * pressure, log_J, trace, b)
                 for i in range(3):
                     for k in range(3):
                         P[i, k] = dx * (b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2])
@@ -177,7 +164,6 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             E, dE = stiffness(x, c)
             log_J = np.log(J)
             iso = np.exp(-2.0 / 3.0 * log_J)
-            G = E * c.shear * iso
             d_chi = d_p = 0.0 * J
             M[:] = 0.0
             if stressed:
@@ -190,26 +176,12 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                     for i in range(3):
                         for j in range(3):
                             H[i, j] += lu[n, i] * gradient20[a, j]
-                b_h = 0.0 * J
                 for i in range(3):
                     for j in range(3):
                         h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
-                        b_h += b[i, j] * h[i, j]
                 div = h[0, 0] + h[1, 1] + h[2, 2]
-                dev_h = b_h - trace * div / 3.0  # dev(b) : h
-                d_chi = dE * (c.bulk * log_J * div + c.shear * iso * dev_h)
+                d_chi = dE * contraction(c, E, J * pressure, log_J, iso, trace, b, h, div, M)
                 d_p = -J * div
-                # The tangent contracted with h, as a matrix M acting on n_a.
-                spherical = E * c.bulk * log_J - J * pressure
-                isotropic = (E * c.bulk - J * pressure) * div - 2.0 / 3.0 * G * dev_h
-                for i in range(3):
-                    for j in range(3):
-                        # (h + hᵀ - 2/3 div) b̄ - hᵀ τ, with τ = b̄ + (spherical - G tr b / 3) I
-                        value = -h[j, i] * (spherical - G * trace / 3.0)
-                        for k in range(3):
-                            value += h[i, k] * G * b[k, j]
-                        M[i, j] = value - 2.0 / 3.0 * div * G * b[i, j]
-                    M[i, i] += isotropic
             # Darcy
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
@@ -229,15 +201,12 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             # Strain energy limit
             if weight != 0.0:
                 Es, dEs = stiffness(x + c.energy_shift, c)
-                over = energy(Es, log_J, iso * trace, c) / c.energy_limit - 1.0
+                density = energy_density(c, log_J, iso, trace, b)
+                over = Es * density / c.energy_limit - 1.0
                 if over.real > 0.0:
                     slope = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                    d_chi += slope * energy(dEs, log_J, iso * trace, c)
-                    Gs = slope * Es * c.shear * iso
-                    for i in range(3):
-                        for j in range(3):
-                            M[i, j] += Gs * b[i, j]
-                        M[i, i] += slope * Es * c.bulk * log_J - Gs * trace / 3.0
+                    d_chi += slope * (dEs * density)
+                    add_stress(c, slope * Es, log_J, iso, trace, b, M)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):
@@ -267,9 +236,10 @@ def strain_energy_excess(geometry, c, chi, u):
                 total[e] = np.inf
                 continue
             log_J = np.log(J)
-            trace = left_cauchy_green(F, b) * np.exp(-2.0 / 3.0 * log_J)
+            trace, iso = left_cauchy_green(F, b), np.exp(-2.0 / 3.0 * log_J)
             x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            ratio = energy(stiffness(x + c.energy_shift, c)[0], log_J, trace, c) / c.energy_limit
+            density = energy_density(c, log_J, iso, trace, b)
+            ratio = stiffness(x + c.energy_shift, c)[0] * density / c.energy_limit
             largest[e] = max(largest[e], ratio)
             if ratio > 1.0:
                 total[e] += geometry.volume[s, q] * c.strain_energy_weight / 6.0 * (ratio - 1.0) ** 6

@@ -1,21 +1,34 @@
 """Pointwise laws of the porohyperelastic ersatz material (Section 2.1 and 2.2), for real and complex arguments.
 
+What depends on the hyperelastic law stands in :mod:`actuator.elasticity` and :mod:`actuator.laws`.
+
 Complex arguments serve the complex-step derivative (Squire & Trapp 1998, doi:10.1137/S003614459631241X): every
 function is analytic on either side of its branches, and branches look at real parts only.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba import njit
 
+from actuator.laws.coefficients import MooneyRivlin, NeoHooke, Ogden, Yeoh
 from actuator.parameters import Load, Material, Objective
+
+# Contraction to fused multiply-add is allowed; no reordering, so that results do not depend on the thread count.
+FAST = {"contract", "nsz", "arcp"}
 
 
 class Coefficients(NamedTuple):
-    """The constants of the laws, as the compiled kernels take them. Units as in :mod:`actuator.parameters`."""
+    """The constants of the laws, as the compiled kernels take them. Units as in :mod:`actuator.parameters`.
+
+    Those of another hyperelastic law than neo-Hooke's follow in a tuple of another type, and the kernels are compiled
+    for each type. All stay plain numbers, side by side: numba's parallel loops take no tuples within tuples.
+    """
+
+    law = NeoHooke  # type: ignore[misc] # of the class, not of a tuple
 
     bulk: float
     shear: float
@@ -32,10 +45,34 @@ class Coefficients(NamedTuple):
 
     @classmethod
     def of(cls, material: Material, load: Load, objective: Objective) -> Coefficients:
-        """Collect the constants; the shift of χ in C_Ψ is 4 / L_i (Eq. 13)."""
+        """Collect the constants, in the tuple of the material's law; the shift of χ in C_Ψ is 4 / L_i (Eq. 13)."""
         values = [getattr(material, name) for name in cls._fields[:8]]
         values += [load.pressure, objective.strain_energy_weight, objective.energy_limit]
-        return cls._make(float(value) for value in (*values, 4.0 / objective.interface_width))
+        values += [4.0 / objective.interface_width, *material.law]
+        kinds: tuple[Any, ...] = (cls, MooneyRivlinCoefficients, YeohCoefficients, OgdenCoefficients)
+        kind = next(kind for kind in kinds if kind.law is type(material.law))
+        return cast(Coefficients, kind._make(float(value) for value in values))
+
+
+class MooneyRivlinCoefficients(namedtuple("MooneyRivlinCoefficients", Coefficients._fields + MooneyRivlin._fields)):  # type: ignore[misc]
+    """The constants with those of the Mooney-Rivlin law."""
+
+    __slots__ = ()
+    law = MooneyRivlin
+
+
+class YeohCoefficients(namedtuple("YeohCoefficients", Coefficients._fields + Yeoh._fields)):  # type: ignore[misc]
+    """The constants with those of the Yeoh law."""
+
+    __slots__ = ()
+    law = Yeoh
+
+
+class OgdenCoefficients(namedtuple("OgdenCoefficients", Coefficients._fields + Ogden._fields)):  # type: ignore[misc]
+    """The constants with those of the Ogden law."""
+
+    __slots__ = ()
+    law = Ogden
 
 
 @njit(cache=True, inline="always")
@@ -91,6 +128,13 @@ def inverse(F, Finv):
 
 
 @njit(cache=True, inline="always")
+def push(Finv, g, out):
+    """Write F⁻ᵀ g."""
+    for i in range(3):
+        out[i] = Finv[0, i] * g[0] + Finv[1, i] * g[1] + Finv[2, i] * g[2]
+
+
+@njit(cache=True, inline="always")
 def left_cauchy_green(F, b):
     """Write b = F Fᵀ and return its trace."""
     for i in range(3):
@@ -98,12 +142,3 @@ def left_cauchy_green(F, b):
             b[i, j] = F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1] + F[i, 2] * F[j, 2]
             b[j, i] = b[i, j]
     return b[0, 0] + b[1, 1] + b[2, 2]
-
-
-@njit(cache=True, inline="always")
-def energy(factor, log_J, isochoric_trace, c):
-    """Ψ of the neo-Hooke law of Simo, Taylor & Pister (1985, doi:10.1016/0045-7825(85)90033-7), N/mm².
-
-    Ψ = K/2 (ln J)² + G/2 (J^(-2/3) tr b - 3), both moduli scaled by ``factor``.
-    """
-    return factor * (0.5 * c.bulk * log_J * log_J + 0.5 * c.shear * (isochoric_trace - 3.0))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import log
 
+from actuator.laws.coefficients import NEO_HOOKE, Law
+
 
 @dataclass(frozen=True)
 class Material:
@@ -17,6 +19,7 @@ class Material:
         void_permeability, solid_permeability: k_v and k_s, mm⁴/(N s).
         drainage: Q_s, drainage of the solid, mm²/(N s).
         hessian_penalty: c_r, N.
+        law: hyperelastic law of the solid, with its coefficients over G_s.
     """
 
     bulk: float
@@ -27,6 +30,7 @@ class Material:
     solid_permeability: float
     drainage: float
     hessian_penalty: float
+    law: Law = NEO_HOOKE
 
     @classmethod
     def from_ratios(
@@ -41,6 +45,7 @@ class Material:
         void_permeability_rate: float,
         permeability_contrast: float,
         hessian_regularisation: float,
+        law: Law = NEO_HOOKE,
     ) -> Material:
         """Parameters from the dimensionless ratios of Table 1; c_r = α L² K_s."""
         bulk = youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
@@ -58,6 +63,7 @@ class Material:
             solid_permeability,
             drainage,
             hessian_regularisation * length**2 * bulk,
+            law,
         )
 
 

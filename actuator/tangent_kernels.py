@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from actuator.kernels import FAST, deformation_gradient, interpolate, push, vertex_gradient
-from actuator.material import drainage, inverse, left_cauchy_green, permeability, stiffness
+from actuator.elasticity import kirchhoff_stress, mechanical_block
+from actuator.kernels import deformation_gradient, interpolate, vertex_gradient
+from actuator.material import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
 
 #: Entries of the packed mechanical block: the 210 node pairs a <= b, each a 3 x 3 block in row-major order.
 PACKED = 210 * 9
@@ -53,38 +54,10 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             trace = left_cauchy_green(F, b)
             E = stiffness(x, c)[0]
             log_J = np.log(J)
-            G = E * c.shear * np.exp(-2.0 / 3.0 * log_J)
-            # With m_a = b̄ n_a the tangent is
-            #   c1 n_a⊗n_b + c2 n_b⊗n_a - 2/3 (m_a⊗n_b + n_a⊗m_b) + (n_a·m_b) I
-            c1 = dx * (E * c.bulk - J * pressure + 2.0 / 9.0 * G * trace)
-            c2 = dx * (G * trace / 3.0 - E * c.bulk * log_J + J * pressure)
-            for a in range(20):
-                push(Finv, geometry.gradient20[s, q, a], n[a])
-                for i in range(3):
-                    m[a, i] = dx * G * (b[i, 0] * n[a, 0] + b[i, 1] * n[a, 1] + b[i, 2] * n[a, 2])
-                for i in range(3):
-                    left[a, i] = c1 * n[a, i] - 2.0 / 3.0 * m[a, i]
-                    right[a, i] = -2.0 / 3.0 * m[a, i]
-                    geometric[a, i] = c2 * n[a, i]
-            k = 0
-            for a in range(20):
-                n0, n1, n2 = n[a, 0], n[a, 1], n[a, 2]
-                l0, l1, l2 = left[a, 0], left[a, 1], left[a, 2]
-                g0, g1, g2 = geometric[a, 0], geometric[a, 1], geometric[a, 2]
-                for d in range(a, 20):
-                    r0, r1, r2 = right[d, 0], right[d, 1], right[d, 2]
-                    d0, d1, d2 = n[d, 0], n[d, 1], n[d, 2]
-                    dot = n0 * m[d, 0] + n1 * m[d, 1] + n2 * m[d, 2]
-                    Kuu[e, k] += l0 * d0 + n0 * r0 + d0 * g0 + dot
-                    Kuu[e, k + 1] += l0 * d1 + n0 * r1 + d0 * g1
-                    Kuu[e, k + 2] += l0 * d2 + n0 * r2 + d0 * g2
-                    Kuu[e, k + 3] += l1 * d0 + n1 * r0 + d1 * g0
-                    Kuu[e, k + 4] += l1 * d1 + n1 * r1 + d1 * g1 + dot
-                    Kuu[e, k + 5] += l1 * d2 + n1 * r2 + d1 * g2
-                    Kuu[e, k + 6] += l2 * d0 + n2 * r0 + d2 * g0
-                    Kuu[e, k + 7] += l2 * d1 + n2 * r1 + d2 * g1
-                    Kuu[e, k + 8] += l2 * d2 + n2 * r2 + d2 * g2 + dot
-                    k += 9
+            gradient20 = geometry.gradient20[s, q]
+            mechanical_block(
+                c, dx, E, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
+            )
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
             kJ = permeability(x, c)[0] * J * dx
@@ -177,11 +150,7 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
             trace = left_cauchy_green(F, b)
             log_J = np.log(J)
             rate = dx * stiffness(x, c)[1]
-            G = rate * c.shear * np.exp(-2.0 / 3.0 * log_J)
-            for i in range(3):
-                for j in range(3):
-                    b[i, j] *= G
-                b[i, i] += rate * c.bulk * log_J - G * trace / 3.0
+            kirchhoff_stress(c, rate, rate * c.bulk * log_J, log_J, trace, b)
             for i in range(3):
                 for k in range(3):
                     P[i, k] = b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2]

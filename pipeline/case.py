@@ -8,7 +8,7 @@ import math
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
@@ -118,7 +118,7 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
     try:
         case = Case.model_validate(data, strict=True)
     except ValidationError as error:
-        found = sorted((document.line(detail["loc"]), _sentence(detail)) for detail in error.errors())
+        found = sorted((document.line(_section(detail["loc"])[1]), _sentence(detail)) for detail in error.errors())
         sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found]
         raise Fault(ExitCode.USAGE, "\n".join(sentences)) from None
     for ending in RESERVED_ENDINGS:
@@ -174,7 +174,18 @@ def _sentence(detail: ErrorDetails) -> str:
     """What is wrong and the remedy, without file, line and full stop."""
     path, kind, value = detail["loc"], detail["type"], detail["input"]
     context = detail.get("ctx", {})
-    key = case_text.dotted(path)
+    key = case_text.dotted(_section(path)[1])
+    if kind == "list_type":
+        return f"{key}: must be a list such as [1.0, 2.0], not {_kind(value)}; put brackets around it"
+    if kind == "missing":
+        return f"{key}: is missing; write it, see `poro schema`"
+    if kind == "value_error":
+        return f"{key}: {context['error']}"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        name, found = context["discriminator"].strip("'"), context.get("tag")
+        known = context.get("expected_tags") or ", ".join(f"'{each}'" for each in _kinds(path))
+        wrong = f"'{case_text.shown(found)}' is unknown" if found else "is missing"
+        return f"{key}.{name}: {wrong}; write one of {known}"
     if kind == "extra_forbidden":
         return f"{key}: {_unknown_key(path)}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -208,14 +219,42 @@ def _unknown_key(path: case_text.Path) -> str:
     return f"unknown key; remove it or use one of {', '.join(known)}"
 
 
+def _section(path: case_text.Path) -> tuple[type[BaseModel] | None, case_text.Path]:
+    """The section at a path of pydantic's, if there is one, and the path as the user wrote it.
+
+    Where a section comes in several kinds, pydantic's path also has the name of the kind.
+    """
+    model: Any = Case
+    written: list[str | int] = []
+    parts = iter(path)
+    for part in parts:
+        written.append(part)
+        field = model.model_fields.get(part) if _is_section(model) else None
+        model = field.annotation if field else None
+        if field and field.discriminator:
+            model = _kinds(tuple(written)).get(next(parts, None))
+    return model if _is_section(model) else None, tuple(written)
+
+
+def _is_section(model: Any) -> bool:
+    return isinstance(model, type) and issubclass(model, BaseModel)
+
+
+def _kinds(path: case_text.Path) -> dict[Any, type[BaseModel]]:
+    """The kinds of a section that comes in several, by name."""
+    parent, _ = _section(path[:-1])
+    field = parent.model_fields.get(str(path[-1])) if parent else None
+    if field is None or not isinstance(field.discriminator, str):
+        return {}
+    kinds = get_args(field.annotation)
+    return {name: kind for kind in kinds for name in get_args(kind.model_fields[field.discriminator].annotation)}
+
+
 def _keys(path: case_text.Path) -> list[str]:
     """The keys a section may have."""
-    model: Any = Case
-    for part in path:
-        members = model.model_fields
-        model = members[part].annotation if part in members else None
-        if not (isinstance(model, type) and issubclass(model, BaseModel)):
-            return []
+    model, _ = _section(path)
+    if model is None:
+        return list(dict.fromkeys(key for kind in _kinds(path).values() for key in kind.model_fields)) if path else []
     return list(model.model_fields)
 
 

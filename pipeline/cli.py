@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pipeline import cli_measured, cli_report
+from pipeline import cli_fit, cli_measured, cli_report
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.stage_names import STAGES, Stage
 
@@ -265,6 +265,7 @@ def convert(
         convert_artifact(source, target)
 
 
+app.command()(cli_fit.fit)
 app.command()(cli_report.report)
 app.command()(cli_measured.compare)
 

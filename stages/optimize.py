@@ -104,11 +104,11 @@ def run(
     from actuator.reduced import ReducedObjective
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
-    compile_kernels()
+    material, load, limits = settings.parameters()
+    compile_kernels(material.law)
     compute = compute or Compute()
     numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
     optimizer, domain = settings.optimizer, settings.domain.build()
-    material, load, limits = settings.parameters()
     objective = ReducedObjective(
         domain,
         material,

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from actuator.parameters import Load, Material, Objective
+from stages.laws import LawSettings, NeoHookeSettings
+from stages.section import Section
 
 if TYPE_CHECKING:
     from actuator.domain import HalfCylinder
 
-
-class Section(BaseModel):
-    """A frozen section of the case file; unknown keys are refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+__all__ = ["DomainSettings", "LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
 
 class DomainSettings(Section):
@@ -44,6 +42,13 @@ class MaterialSettings(Section):
     void_permeability_rate: float = Field(1000.0, gt=0, description="k_v E / L² [1/s]")
     permeability_contrast: float = Field(1.0e-6, gt=0, lt=1, description="k_s / k_v [-]")
     hessian_regularisation: float = Field(1.0e-6, ge=0, description="α = c_r / (L² K_s) [-]")
+    law: LawSettings = Field(NeoHookeSettings(), description="hyperelastic law of the solid")
+
+    @model_serializer(mode="wrap")
+    def _without_default_law(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave the paper's law out, so that cases and artifacts from before there were others keep their keys."""
+        data: dict[str, Any] = handler(self)
+        return {key: value for key, value in data.items() if key != "law" or self.law != NeoHookeSettings()}
 
 
 class LoadSettings(Section):
@@ -79,7 +84,10 @@ class ProblemSettings(Section):
         """The model's parameters in N, mm and s."""
         domain, objective = self.domain, self.objective
         material = Material.from_ratios(
-            length=domain.length, interface_width=objective.interface_width, **self.material.model_dump()
+            length=domain.length,
+            interface_width=objective.interface_width,
+            **self.material.model_dump(exclude={"law"}),
+            law=self.material.law.build(),
         )
         load = Load.from_ratios(
             radius=domain.radius, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
