@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from pipeline.atomic import replacing
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
-from pipeline.measurements import read_uniaxial_test
+from pipeline.uniaxial_test import read_uniaxial_test
 from stages import fit
 
 
@@ -86,13 +86,13 @@ def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: boo
     """Read a test, fit laws to it, and draw them beside it.
 
     Args:
-        path: CSV; see :func:`pipeline.measurements.read_uniaxial_test`.
+        path: CSV; see :func:`pipeline.uniaxial_test.read_uniaxial_test`.
         options: values of :class:`stages.fit.Settings` by name.
         unit: of the stress if the header has none.
         plot: whether to draw ``STEM.fit.png``.
 
     Raises:
-        Fault: if the file or an option cannot be used, or no law can be fitted (USAGE).
+        Fault: if the file cannot be used (ARTIFACT), or an option cannot or no law can be fitted (USAGE).
         OSError: if the folder or the disk does not take the figure.
     """
     try:
