@@ -110,7 +110,7 @@ class Point:
 
     def reversed(self) -> Point:
         """The same point on the path walked the other way."""
-        return replace(self, direction=-self.direction, slope=-self.slope)
+        return replace(self, direction=-self.direction, slope=-self.slope, newton=0)
 
 
 def begin(problem: Problem, z: Floats, load: float, control: Control, *, upwards: bool = True) -> Point:
