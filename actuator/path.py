@@ -23,7 +23,10 @@ EASY_ITERATIONS = 4
 #: A target this much farther than the next step is stepped onto rather than left for a short step of its own.
 STRETCH = 1.25
 #: How far a corrected point may lie from its prediction, in steps.
-LARGEST_CORRECTION = 0.5
+LARGEST_CORRECTION = 0.3
+#: Part of the largest step down to which steps are cut where the number of negative eigenvalues changes without a
+#: limit point, or a limit point comes without such a change: something may have been stepped over.
+INSPECTED = 0.05
 #: A limit point is located until the load falls or rises this little per arc length.
 FLAT = 1e-4
 MOST_SECANTS = 8
@@ -84,7 +87,7 @@ class Control:
     tolerance: float = 1e-8
     most_newton: int = 10
     most_points: int = 400
-    least_cosine: float = 0.8
+    least_cosine: float = 0.9
 
 
 @dataclass(frozen=True)
@@ -230,7 +233,16 @@ def _checked(
     there = _with_tangent(problem, z, load, newton, here)
     if problem.inner(here.direction, there.direction) + here.slope * there.slope < control.least_cosine:
         raise SolveFailure("the path turns sharply.")
+    if step > INSPECTED * control.largest and not _explained(here, there):
+        raise SolveFailure("the number of negative eigenvalues changes without a limit point.")
     return there
+
+
+def _explained(here: Point, there: Point) -> bool:
+    """Whether the number of negative eigenvalues changes by one at a limit point, and not at all elsewhere."""
+    if here.negative is None or there.negative is None:
+        return True
+    return abs(there.negative - here.negative) == int(here.slope * there.slope < 0.0)
 
 
 def _correct(

@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+#: Limit points, and changes of stability, that are said one by one.
+SHOWN = 6
+
 
 def lines(found: Mapping[str, Any]) -> list[str]:
     """The summary of a simulation as lines of text."""
@@ -40,13 +43,14 @@ def _sentences(name: str, field: Mapping[str, Any]) -> list[str]:
     elif field["at_target"]:
         said.append("no state was found directly to compare with")
     if field["limit_points"]:
-        said += [_limit(limit) for limit in field["limit_points"]]
+        said += [_limit(limit) for limit in field["limit_points"][:SHOWN]]
+        if (more := len(field["limit_points"]) - SHOWN) > 0:
+            said.append(f"and {more} more limit points")
     else:
         said.append(f"no limit point up to a load factor of {field['largest_load']:.4g}")
-    for change in field["instabilities"]:
+    for change in [change for change in field["instabilities"] if not change["at_limit_point"]][:SHOWN]:
         (low, high), (before, after) = change["load_factors"], change["negative_eigenvalues"]
-        if not change["at_limit_point"]:
-            said.append(f"between {low:.4g} and {high:.4g} the negative eigenvalues change from {before} to {after}")
+        said.append(f"between {low:.4g} and {high:.4g} the negative eigenvalues change from {before} to {after}")
     if field["hysteresis"]:
         said.append(f"up and down differ by {max(field['hysteresis'].values()):.1e} of the largest value")
     if field["ended"]:

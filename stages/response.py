@@ -92,7 +92,7 @@ class Response:
             loading,
             point.newton,
         )
-        record = dict(zip(COLUMNS, map(float, values), strict=True))
+        record = {name: float(value) + 0.0 for name, value in zip(COLUMNS, values, strict=True)}  # no -0
         if point.limit:
             self.limits.append(len(self.records))
         self.records.append(record)
@@ -113,13 +113,13 @@ class Response:
 def summarised(responses: Mapping[str, Response], pressure: float) -> dict[str, Any]:
     """Summary of all fields; see docs/simulation.md."""
     fields_ = {name: _summary(response) for name, response in responses.items()}
-    at = [entry["at_target"] for entry in fields_.values()]
+    one, two = (fields_.get(name, {}).get("at_target") for name in ("density", "thresholded"))
     between = {}
-    if len(at) == 2 and all(at):
+    if one and two:
         between = {
-            name: {"absolute": at[1][name] - at[0][name], "relative": at[1][name] / at[0][name] - 1.0}
+            name: {"absolute": two[name] - one[name], "relative": two[name] / one[name] - 1.0}
             for name in FIGURES
-            if at[0][name]
+            if one[name]
         }
     return {"pressure_in": pressure, "fields": fields_, "between_fields": between}
 

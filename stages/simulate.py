@@ -10,11 +10,11 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import BeforeValidator, Field, PositiveFloat
 
 from actuator.failure import InvalidSettings
 from stages import refine
@@ -43,6 +43,11 @@ TARGET = 1.0
 MEMORY = (0.4, 9.3e-5, 2.1e-6)
 
 
+def _as_tuple(value: Any) -> Any:
+    """A list of a case file as what stays as it is; strict reading would refuse it."""
+    return tuple(value) if isinstance(value, list) else value
+
+
 class Settings(Section):
     """How far and how finely the pressure is raised, and of which density fields."""
 
@@ -53,8 +58,12 @@ class Settings(Section):
     max_points: int = Field(200, ge=2, description="most points of a path, up or down [-]")
     max_newton: int = Field(10, ge=2, description="most Newton iterations per point [-]")
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of a state [-]")
-    states: tuple[float, ...] = Field((0.5, 1.0, 1.5), description="load factors whose states are stored [-]")
-    fields: tuple[FieldName, ...] = Field(("density", "thresholded"), min_length=1, description="fields followed")
+    states: Annotated[tuple[PositiveFloat, ...], BeforeValidator(_as_tuple)] = Field(
+        (0.5, 1.0, 1.5), description="load factors whose states are stored [-]"
+    )
+    fields: Annotated[tuple[FieldName, ...], BeforeValidator(_as_tuple)] = Field(
+        ("density", "thresholded"), min_length=1, description="which of density, thresholded to follow"
+    )
     sharpness: float = Field(2.0, gt=0, le=100, description="factor on the filtered χ of the thresholded field [-]")
     mesh: MeshName = Field("optimised", description="mesh of the thresholded field: optimised or refined")
 
@@ -137,7 +146,7 @@ def run(
     finished = False
     try:
         equilibrium: Equilibrium | None = None
-        for name in settings.fields:
+        for name in dict.fromkeys(settings.fields):
             domain, chi = design.domain, design.chi
             if name == "thresholded":
                 domain, chi = thresholded(design, refinement, threshold, settings, observer)
@@ -149,6 +158,9 @@ def run(
             _follow(responses[name], equilibrium, design, settings, observer)
         finished = True
     except KeyboardInterrupt:
+        responses = {name: response for name, response in responses.items() if response.records}
+        if not responses:
+            raise
         observer(Message("Interrupted; what has been found is kept."))
     pressure = problem.parameters()[1].pressure
     return Result(responses, summarised(responses, pressure) | {"finished": finished}, finished)
