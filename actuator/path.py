@@ -258,7 +258,9 @@ def _correct(
     for newton in range(control.most_newton + 1):
         if norm <= control.tolerance:
             return problem.settled(z, load), load, newton
-        if newton == control.most_newton or not np.isfinite(norm):
+        if not np.isfinite(norm):
+            raise SolveFailure("the predicted point is not admissible, as an element would turn inside out.")
+        if newton == control.most_newton:
             break
         problem.linearise(z, load, fresh=False)
         # No more digits than the next iterate can use (Eisenstat & Walker 1996).
