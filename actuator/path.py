@@ -19,7 +19,7 @@ from actuator.failure import SolveFailure
 Floats = NDArray[np.float64]
 
 #: Steps grow while the corrector needs fewer iterations than this.
-EASY_ITERATIONS = 4
+EASY_ITERATIONS = 5
 #: A target this much farther than the next step is stepped onto rather than left for a short step of its own.
 STRETCH = 1.25
 #: How far a corrected point may lie from its prediction, in steps.
