@@ -59,7 +59,7 @@ class Settings(Section):
     max_newton: int = Field(10, ge=2, description="most Newton iterations per point [-]")
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of a state [-]")
     states: Annotated[tuple[PositiveFloat, ...], BeforeValidator(_as_tuple)] = Field(
-        (0.5, 1.0, 1.5), description="load factors whose states are stored [-]"
+        (0.5, 1.0, 1.5), description="load factors whose states are stored, up to max_load [-]"
     )
     fields: Annotated[tuple[FieldName, ...], BeforeValidator(_as_tuple)] = Field(
         ("density", "thresholded"), min_length=1, description="which of density, thresholded to follow"

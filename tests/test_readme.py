@@ -34,7 +34,9 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     (tmp_path / "outputs").mkdir()
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20")
-    (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n")
+    (tmp_path / "case14.yaml").write_text(
+        tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+    )
     called = commands()
     assert len(called) > 10
     for words in called:
