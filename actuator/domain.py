@@ -197,6 +197,14 @@ class HalfCylinder:
         section = sp.vstack([sp.hstack([core, pad]), outer])
         return sp.kron(_line_weights(self.layers, factor), section, format="csr")
 
+    def coinciding(self, factor: int) -> Ints:
+        """For every vertex of this mesh the number of the same point in :meth:`refined`, (n_vertices,)."""
+        weights = self.prolongation(factor)
+        rows = np.flatnonzero(np.diff(weights.indptr) == 1)  # interpolated from one vertex alone: the same point
+        found = np.empty(weights.shape[1], dtype=np.int64)
+        found[weights.indices[weights.indptr[rows]]] = rows
+        return found
+
 
 def _bulged_square(t: Floats, s: Floats) -> Floats:
     """Coons patch on [-1, 1]² whose sides bulge towards a circle; returns (X2, X3) per unit half side."""

@@ -37,3 +37,7 @@ class SolveFailure(Failure):
 
 class UnreadableSolid(Failure):
     """Bytes that should hold a solid hold none."""
+
+
+class InvalidSettings(Failure):
+    """The settings ask for what cannot be done with this case or on this machine."""

@@ -174,3 +174,8 @@ def main_objective_gradient(x: Floats, load: Load) -> Floats:
 def spring_elongation(kinematics: Kinematics, state: State) -> float:
     """Travel of the spring's end, mm; positive downwards, as the paper reports it."""
     return -float(kinematics.elongation(state.x))
+
+
+def wall_leak(domain: HalfCylinder, p: Floats, pressure: float) -> float:
+    """Largest p on the outer wall over the source pressure p_in; 0 without pressure."""
+    return float(p[domain.wall_vertices].max()) / pressure if pressure > 0.0 else 0.0

@@ -183,10 +183,11 @@ class Equilibrium:
 
     def _evaluate(self, chi: Floats, x: Floats, p: Floats) -> _Residual:
         rx, rp, nodal, lowest = self.residual(chi, x, p)
-        norm = np.inf if lowest <= 0.0 else self._norm(rx, rp)
+        norm = np.inf if lowest <= 0.0 else self.norm(rx, rp)
         return _Residual(rx, rp, nodal, lowest, norm if np.isfinite(norm) else np.inf)
 
-    def _norm(self, rx: Floats, rp: Floats) -> float:
+    def norm(self, rx: Floats, rp: Floats) -> float:
+        """Relative size of residuals in x and p; see :attr:`scales`."""
         force, flow = self.scales
         return float(np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow))
 
@@ -251,7 +252,7 @@ class Equilibrium:
             self._linearise(chi, x, p, now.nodal)
             # Inexact Newton: no more digits than the next iterate can use (Eisenstat & Walker 1996).
             tolerance = max(min(1e-3, now.norm), 0.1 * self.tolerance / now.norm)
-            dx, dp = self._solve_tangent(-now.x, -now.p, tolerance)
+            dx, dp = self._krylov(-now.x, -now.p, tolerance, transposed=False)
             self.work.newton += 1
             step = 1.0
             while True:
@@ -282,10 +283,12 @@ class Equilibrium:
             self._linearise(state.chi, state.x, state.p, state.nodal)
             self._linearised_at = state
 
-    def solve_tangent(self, state: State, rx: Floats, rp: Floats, tolerance: float) -> tuple[Floats, Floats]:
+    def solve_tangent(
+        self, state: State, rx: Floats, rp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
+    ) -> tuple[Floats, Floats]:
         """Solve tangent · (dx, dp) = (rx, rp) at a state to a relative residual."""
         self.linearise(state)
-        return self._solve_tangent(rx, rp, tolerance)
+        return self._krylov(rx, rp, tolerance, transposed=False, guess=guess)
 
     def solve_adjoint(
         self, state: State, gx: Floats, gp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
@@ -307,9 +310,6 @@ class Equilibrium:
         self.work.factorisations += 1
         self._stale = False
         self._fresh = True
-
-    def _solve_tangent(self, rx: Floats, rp: Floats, tolerance: float) -> tuple[Floats, Floats]:
-        return self._krylov(rx, rp, tolerance, transposed=False)
 
     def _krylov(
         self,

@@ -29,6 +29,8 @@ if TYPE_CHECKING:  # slow to load: only the functions that open a file import it
 
 FILE_TYPE = "poro artifact"
 SCHEMA_VERSION = 1
+#: Content key of a result whose computation was interrupted: no plan takes it for up to date.
+UNFINISHED = "unfinished"
 
 
 @dataclass(frozen=True)

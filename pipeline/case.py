@@ -18,6 +18,7 @@ import stages.mirror
 import stages.optimize
 import stages.refine
 import stages.rig
+import stages.simulate
 from actuator.solver_name import SolverName
 from pipeline import case_text
 from pipeline.exit_codes import ExitCode, Fault
@@ -49,6 +50,7 @@ class Case(stages.optimize.Settings):
     mirror: stages.mirror.Settings = stages.mirror.Settings()
     export: stages.export.Settings = stages.export.Settings()
     rig: stages.rig.Settings = stages.rig.Settings()
+    simulate: stages.simulate.Settings = stages.simulate.Settings()
     compute: ComputeSettings = ComputeSettings()
 
     @cached_property

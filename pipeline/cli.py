@@ -129,8 +129,30 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     """Say which stages are up to date, and why others are not."""
     from pipeline import commands
 
-    steps = commands.plan(commands.open_job(case, output))
+    steps = commands.status(commands.open_job(case, output))
     typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=True))
+
+
+@app.command()
+def simulate(
+    case: Source,
+    max_load: Annotated[float | None, typer.Option("--max-load", help="Largest pressure over p_in.")] = None,
+    youngs: Annotated[
+        float | None, typer.Option("--youngs", help="Young's modulus of the print, N/mm²: curves in the rig's units.")
+    ] = None,
+    scale: Annotated[float | None, typer.Option("--scale", help="Size of the part over size of the domain.")] = None,
+    threads: Threads = None,
+    output: Output = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Follow the response from zero pressure to beyond p_in and back."""
+    from pipeline import commands, simulating
+
+    job = commands.open_job(case, output, max_load=max_load, youngs=youngs, scale=scale, threads=threads)
+    steps = simulating.plan(job, forced=force)
+    typer.echo(commands.perform(job, steps, fresh=False, as_json=as_json))
+    simulating.refuse_unfinished(job)
 
 
 class Picture(StrEnum):

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import job as jobs
-from pipeline import rig_sheet, summary
+from pipeline import rig_sheet, simulating, summary
 from pipeline.artifact import program_version
 from pipeline.execution import Execution
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.job import Job
-from pipeline.plan import Step, plan
+from pipeline.plan import Step, plan, status
 from pipeline.progress import Reporter, reporting
 
-__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "steps_json", "steps_text"]
+__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "status", "steps_json", "steps_text"]
 
 
 def open_job(argument: Path, output: Path | None = None, **changes: Any) -> Job:
@@ -61,6 +61,8 @@ def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
                 _draw(job, reporter)
             if steps[-1].stage == "export" and job.case.rig.youngs_modulus is not None:
                 execution.rig = rig_sheet.write(job)
+            if steps[-1].stage == "simulate":
+                simulating.write_curves(job, reporter)
         except (Fault, OSError, MemoryError, KeyboardInterrupt) as error:
             reporter.log.error(str(error) or type(error).__name__)
             raise
@@ -115,6 +117,8 @@ def _draw(job: Job, reporter: Reporter) -> None:
 
 def _files(job: Job, steps: list[Step]) -> list[Path]:
     found = [step.path for step in steps if not step.given and step.stage != "export"]
+    if steps[-1].stage == "simulate":
+        return [*found, job.files.curves, job.files.curves_picture]
     if steps[-1].stage != "export":
         return found
     sheet = [job.files.rig] if job.case.rig.youngs_modulus is not None else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     import stages.mirror
     import stages.optimize
     import stages.refine
+    import stages.simulate
     from actuator.domain import HalfCylinder
+    from stages.response import Response
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -91,6 +93,49 @@ def of_mirror(result: stages.mirror.Result) -> Content:
         ),
     }
     return datasets, vtkhdf.GridPaths("/surface/points", "/surface/connectivity", vtkhdf.TRIANGLE, {})
+
+
+#: Units of the columns of a pressure-displacement curve; the others are numbers without a unit.
+CURVE_UNITS = {"pressure": "N/mm^2", "T1": "mm", "T3": "mm", "theta2": "rad", "elongation": "mm"}
+
+
+def of_simulate(result: stages.simulate.Result) -> tuple[dict[str, Dataset], vtkhdf.GridPaths | None]:
+    """Curves of every field, and the stored states on their meshes; no grid if there is no state yet."""
+    datasets: dict[str, Dataset] = {}
+    grids: dict[str, vtkhdf.GridPaths] = {}
+    for name, response in result.responses.items():
+        for column, values in response.curves.items():
+            datasets[f"curves/{name}/{column}"] = Dataset(
+                values, CURVE_UNITS.get(column, "1"), f"{column} along the path, field {name}"
+            )
+        if any(state.stored for state in response.states.values()):
+            stored, grids[name] = _states(name, response)
+            datasets |= stored
+    if not grids:
+        return datasets, None
+    first, *others = grids
+    return datasets, replace(grids[first], others={name: grids[name] for name in others})
+
+
+def _states(name: str, response: Response) -> tuple[dict[str, Dataset], vtkhdf.GridPaths]:
+    domain, at = response.domain, f"{name}/states"
+    chosen = {load: state for load, state in sorted(response.states.items()) if state.stored}
+    pressure = [vtkhdf.on_nodes(domain, state.pressure) for state in chosen.values()]
+    datasets = {
+        f"{at}/points": Dataset(domain.nodes, "mm", "undeformed nodes of the 20-node cells, the vertices first"),
+        f"{at}/connectivity": Dataset(
+            domain.node_cells[:, vtkhdf.vtk_order()].ravel(), "1", "nodes of the cells, 20 each, in VTK's order"
+        ),
+        f"{at}/chi": Dataset(vtkhdf.on_nodes(domain, response.chi), "1", "density field chi; on edges the mean"),
+        f"{at}/pressure": Dataset(np.concatenate(pressure), "N/mm^2", "pressure p, one state after the other"),
+        f"{at}/displacement": Dataset(
+            np.concatenate([state.displacement for state in chosen.values()]), "mm", "u, one state after the other"
+        ),
+        f"{at}/load_factor": Dataset(np.array(list(chosen)), "1", "load factors of the states"),
+    }
+    fields_ = {field: f"/{at}/{field}" for field in ("chi", "pressure", "displacement")}
+    grid = vtkhdf.GridPaths(f"/{at}/points", f"/{at}/connectivity", vtkhdf.QUADRATIC_HEXAHEDRON, fields_, tuple(chosen))
+    return datasets, grid
 
 
 def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
@@ -14,6 +15,7 @@ import stages.export
 import stages.mirror
 import stages.optimize
 import stages.refine
+import stages.simulate
 from actuator import failure
 from pipeline import artifact, atomic, checkpoint, contents, vtkhdf
 from pipeline.artifact import Dataset, Header
@@ -32,6 +34,7 @@ _FAILURES = {
     failure.LooseBodies: ExitCode.BAD_SOLID,
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
+    failure.InvalidSettings: ExitCode.USAGE,
 }
 
 
@@ -84,7 +87,7 @@ class Execution:
         header = Header(
             stage=step.stage,
             stage_version=stage_version(step.stage),
-            content_key=step.content_key,
+            content_key=step.content_key if summary.get("finished", True) else artifact.UNFINISHED,
             identity=uuid4().hex,
             upstream_keys=step.upstream_keys,
             upstream_identity=self._identity,
@@ -93,7 +96,8 @@ class Execution:
         )
         artifact.write(step.path, header, datasets | contents.summarised(summary), grid)
         if grid:
-            vtkhdf.write_sidecar(step.path)
+            for name in ("", *grid.others):
+                vtkhdf.write_sidecar(step.path, name)
         if step.stage == "optimize":
             self.job.files.checkpoint.unlink(missing_ok=True)
         self._identity = header.identity
@@ -168,6 +172,25 @@ class Execution:
             "checks": result.report["checks"],
         }
         return summary, {}, None
+
+    def _simulate(self, step: Step) -> Outcome:
+        case = self.job.case
+        result = stages.simulate.run(
+            _simulated_design(self.job.artifact("optimize")),
+            case.optimize,
+            case.simulate,
+            refinement=case.refine,
+            threshold=case.mirror.threshold,
+            compute=case.compute.build(),
+            observer=self.reporter.observe,
+        )
+        return dict(result.summary), *contents.of_simulate(result)
+
+
+def _simulated_design(path: Path) -> stages.simulate.Design:
+    """What the simulation starts from and compares with."""
+    names = ("nodes/displacement", "vertices/pressure", "arm")
+    return stages.simulate.Design(*contents.design(path, "optimize"), *artifact.read(path, "optimize", *names))
 
 
 def _peak_memory() -> int | None:

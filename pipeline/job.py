@@ -12,7 +12,7 @@ from pipeline.exit_codes import ExitCode, Fault
 from pipeline.stage_names import STAGES
 from stages.export import Settings as ExportSettings
 
-SUFFIXES = {"optimize": ".h5", "refine": ".refined.h5", "mirror": ".solid.h5"}
+SUFFIXES = {"optimize": ".h5", "refine": ".refined.h5", "mirror": ".solid.h5", "simulate": ".simulation.h5"}
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,16 @@ class Files:
     def rig(self) -> Path:
         """The sheet for the test rig."""
         return self.exported.with_suffix(".rig.md")
+
+    @property
+    def curves(self) -> Path:
+        """The simulation's curves as a table."""
+        return self.folder / f"{self.name}.simulation.csv"
+
+    @property
+    def curves_picture(self) -> Path:
+        """The simulation's curves as a figure."""
+        return self.curves.with_suffix(".png")
 
     @property
     def log(self) -> Path:
@@ -104,6 +114,7 @@ class Changes:
     scale: float | None = None
     format: str | None = None
     youngs: float | None = None
+    max_load: float | None = None
 
     def applied(self, case: Case) -> Case:
         """The changed case.
@@ -117,6 +128,7 @@ class Changes:
             ("--scale", self.scale, "export", "scale"),
             ("--format", self.format, "export", "format"),
             ("--youngs", self.youngs, "rig", "youngs_modulus"),
+            ("--max-load", self.max_load, "simulate", "max_load"),
         ):
             if value is not None:
                 case = changed(case, option, section, key, value)
@@ -139,7 +151,8 @@ def open_job(argument: Path, output: Path | None = None, changes: Changes | None
     if argument.suffix == ".h5":
         given = artifact.read_header(argument)
         if given.stage not in STAGES:
-            raise Fault(ExitCode.ARTIFACT, f"{argument}: this is a checkpoint; give the case file it belongs to.")
+            kind = "a checkpoint" if given.stage == "checkpoint" else f"the result of '{given.stage}'"
+            raise Fault(ExitCode.ARTIFACT, f"{argument}: this is {kind}; give the case file it belongs to.")
         case, text = stored_case(given.case_resolved, argument), given.case_text
         default = argument.parent
     else:

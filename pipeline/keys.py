@@ -29,6 +29,8 @@ def stage_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     """The part of a resolved case that a stage sees."""
     if stage == "optimize":
         return {key: resolved[key] for key in stages.optimize.Settings.model_fields if key in resolved}
+    if stage == "simulate":  # the thresholded field is made from the other two sections
+        return {key: resolved.get(key, {}) for key in ("simulate", "refine", "mirror")}
     settings: dict[str, Any] = resolved.get(stage, {})
     return settings
 
@@ -47,7 +49,7 @@ def checkpoint_key(resolved: Mapping[str, Any], version: int) -> str:
 
 def changes(stage: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     """What differs between two settings of a stage, each as ``key old → new`` with the key of the case file."""
-    section = "" if stage == "optimize" else f"{stage}."
+    section = "" if stage in ("optimize", "simulate") else f"{stage}."
     before, after = dict(_leaves(old, section)), dict(_leaves(new, section))
     return [
         f"{key} {before.get(key, 'unset')} → {after.get(key, 'unset')}"

@@ -85,6 +85,29 @@ def plan(job: Job, *, first: str | None = None, last: str = STAGES[-1], forced: 
     return steps
 
 
+def simulation_plan(job: Job, *, forced: bool = False) -> list[Step]:
+    """The steps to the simulation, which branches off the chain after the optimisation.
+
+    Raises:
+        Fault: as :func:`plan`.
+    """
+    given = job.given is not None and job.given.stage == "optimize"
+    steps = [_given(job, job.given)] if job.given and given else plan(job, last="optimize")
+    return [*steps, _step(job, "simulate", steps[-1], forced)]
+
+
+def status(job: Job) -> list[Step]:
+    """All steps of the chain, and the simulation if there is one.
+
+    Raises:
+        Fault: as :func:`plan`.
+    """
+    steps = plan(job)
+    if steps[0].stage == "optimize" and job.artifact("simulate").exists():
+        steps.append(_step(job, "simulate", steps[0], False))
+    return steps
+
+
 def _given(job: Job, header: Header) -> Step:
     return Step(header.stage, job.argument, header.content_key, header.upstream_keys, (), True, header)
 
@@ -110,7 +133,8 @@ def _step(job: Job, stage: str, upstream: Step | None, force: bool) -> Step:
         if stage == "export" and not reasons:
             reasons = _part_changed(path, job.files.exported)
         if not reasons and header.content_key != key:
-            reasons = ["content key differs"]
+            interrupted = header.content_key == artifact.UNFINISHED
+            reasons = ["interrupted before its end" if interrupted else "content key differs"]
     return Step(stage, path, key, upstream_keys, tuple(reasons), False, header)
 
 

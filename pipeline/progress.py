@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ from typing import Protocol
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
-from stages.events import DesignUpdate, Event, Message
+from stages.events import DesignUpdate, Event, LoadStep, Message
 
 COLUMNS = ("update", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi", "dt", "seconds")
 HEADING = f"{'update':>6}{'C':>12}{'C0':>12}" + "".join(f"{name:>10}" for name in (*COLUMNS[3:-1], "time/s"))
@@ -28,6 +29,17 @@ def duration(seconds: float) -> str:
     """A duration as ``h:mm:ss``."""
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
+
+
+LOAD_HEADING = f"{'load':>8}{'T3/mm':>11}{'theta2':>9}{'spring':>9}{'energy':>9}{'leak':>10}{'Newton':>7}"
+
+
+def load_row(record: Mapping[str, float]) -> str:
+    """A point of a pressure-displacement curve as one line of a table; the angle in degrees."""
+    return (
+        f"{record['load_factor']:8.4f}{record['T3']:11.5f}{math.degrees(record['theta2']):9.4f}"
+        f"{record['elongation']:9.4f}{record['energy_ratio']:9.4f}{record['leak']:10.2e}{record['newton']:7.0f}"
+    )
 
 
 class Display(Protocol):
@@ -77,6 +89,7 @@ class Reporter:
         self.display = display
         self.log = log
         self._first: tuple[float, float] | None = None
+        self._field = ""
 
     def say(self, text: str) -> None:
         """A line for the user and the log."""
@@ -93,6 +106,11 @@ class Reporter:
             self.say(row(event.record))
             done = event.record["update"]
             self.display.progress(done, event.updates_limit, self._time_left(done, event.updates_limit))
+        elif isinstance(event, LoadStep):
+            if event.field != self._field:
+                self._field = event.field
+                self.say(LOAD_HEADING)
+            self.say(load_row(event.record))
 
     def _time_left(self, done: float, limit: int) -> str:
         """An estimate from the mean of the updates seen so far."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from pipeline import simulation_text
 from pipeline.execution import Execution
 
 
@@ -28,6 +29,8 @@ def as_text(execution: Execution, files: list[str]) -> str:
         lines += _design_lines(stages["optimize"])
     if "export" in stages:
         lines += _part_lines(stages["export"])
+    if "simulate" in stages:
+        lines += simulation_text.lines(stages["simulate"])
     if execution.rig:
         lines += _rig_lines(execution.rig)
     memory = _peak_memory(execution)

@@ -7,7 +7,7 @@ https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, sci
     import h5py
 
     from actuator.domain import HalfCylinder
+
+GROUP = "VTKHDF"
 
 #: VTK's cell types (vtkCellType.h).
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
@@ -55,12 +57,20 @@ class Grid:
 
 @dataclass(frozen=True)
 class GridPaths:
-    """Where the arrays of a :class:`Grid` lie inside an artifact."""
+    """Where the arrays of a :class:`Grid` lie inside an artifact.
+
+    Attributes:
+        times: one for each time step; a field with one value per point and step holds the steps one after the other,
+            a field with one value per point does not change.
+        others: more grids of the same file by name, each with a group and a sidecar of its own.
+    """
 
     points: str
     connectivity: str
     cell_type: int
     fields: Mapping[str, str]
+    times: tuple[float, ...] = (0.0,)
+    others: Mapping[str, GridPaths] = field(default_factory=dict)
 
 
 @cache
@@ -78,9 +88,15 @@ def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray
 
 def write(file: h5py.File, grid: GridPaths) -> None:
     """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
+    for name, other in grid.others.items():
+        _write(file, other, f"{name}/{GROUP}")
+    _write(file, grid, GROUP)
+
+
+def _write(file: h5py.File, grid: GridPaths, name: str) -> None:
     import h5py
 
-    group = file.create_group("VTKHDF")
+    group = file.create_group(name)
     group.attrs["Version"] = np.array([2, 0], dtype=np.int64)
     group.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
     n_points, n_ids = len(file[grid.points]), len(file[grid.connectivity])
@@ -95,46 +111,52 @@ def write(file: h5py.File, grid: GridPaths) -> None:
     fields = group.create_group("PointData")
     for name, path in grid.fields.items():
         fields[name] = h5py.SoftLink(path)
-    _steps(group, list(grid.fields))
+    changing = {name: len(file[path]) > n_points for name, path in grid.fields.items()}
+    _steps(group, grid.times, n_points, changing)
 
 
-def _steps(group: h5py.Group, fields: list[str]) -> None:
-    """One time step, the final state, with every offset the format knows."""
+def _steps(group: h5py.Group, times: tuple[float, ...], n_points: int, changing: Mapping[str, bool]) -> None:
+    """The time steps, with every offset the format knows; the mesh is the same in all of them."""
+    count = len(times)
     steps = group.create_group("Steps")
-    steps.attrs["NSteps"] = np.int64(1)
-    steps["Values"] = np.zeros(1)
-    steps["NumberOfParts"] = np.ones(1, dtype=np.int64)
+    steps.attrs["NSteps"] = np.int64(count)
+    steps["Values"] = np.array(times, dtype=np.float64)
+    steps["NumberOfParts"] = np.ones(count, dtype=np.int64)
     for name in ("PartOffsets", "PointOffsets"):
-        steps[name] = np.zeros(1, dtype=np.int64)
+        steps[name] = np.zeros(count, dtype=np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):  # one column per topology
-        steps[name] = np.zeros((1, 1), dtype=np.int64)
+        steps[name] = np.zeros((count, 1), dtype=np.int64)
     offsets = steps.create_group("PointDataOffsets")
-    for name in fields:
-        offsets[name] = np.zeros(1, dtype=np.int64)
+    for name, changes in changing.items():
+        offsets[name] = np.arange(count, dtype=np.int64) * (n_points if changes else 0)
 
 
 def read(file: h5py.File) -> Grid:
-    """The grid of a file, with the arrays themselves."""
-    group = file["VTKHDF"]
+    """The grid of a file, with the arrays themselves; of several time steps the last."""
+    group = file[GROUP]
+    n_points = len(group["Points"])
     return Grid(
         points=group["Points"][()],
         connectivity=group["Connectivity"][()],
         cell_type=int(group["Types"][0]),
-        fields={name: dataset[()] for name, dataset in group["PointData"].items()},
+        fields={name: dataset[-n_points:] for name, dataset in group["PointData"].items()},
     )
 
 
-def write_sidecar(artifact: Path) -> Path:
+def write_sidecar(artifact: Path, other: str = "") -> Path:
     """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
 
     ParaView gives the ending ``.h5`` to another reader.
+
+    Args:
+        other: name of one of the file's other grids, which becomes part of the sidecar's name.
 
     Raises:
         OSError: if the folder or the disk does not take the file.
     """
     import h5py
 
-    sidecar = artifact.with_suffix(".vtkhdf")
+    sidecar = artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")
     with replacing_hdf5(sidecar) as file:
-        file["VTKHDF"] = h5py.ExternalLink(artifact.name, "/VTKHDF")
+        file[GROUP] = h5py.ExternalLink(artifact.name, f"/{other}/{GROUP}" if other else f"/{GROUP}")
     return sidecar

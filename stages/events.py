@@ -31,7 +31,22 @@ class DesignUpdate:
     checkpoint: Callable[[], dict[str, Any]]
 
 
-Event = Message | DesignUpdate
+@dataclass(frozen=True)
+class LoadStep:
+    """A point of a pressure-displacement curve.
+
+    Attributes:
+        field: which density field.
+        record: one row of the curve, :data:`stages.simulate.COLUMNS`.
+        max_load: load factor at which the way up ends.
+    """
+
+    field: str
+    record: Mapping[str, float]
+    max_load: float
+
+
+Event = Message | DesignUpdate | LoadStep
 Observer = Callable[[Event], None]
 
 

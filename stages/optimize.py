@@ -145,13 +145,11 @@ def _result(
     domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
 ) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
-    from actuator.reduced import spring_elongation
+    from actuator.reduced import spring_elongation, wall_leak
 
     progress, at = outcome.progress, outcome.progress.evaluation
     history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}
     p, elongation = at.state.p, spring_elongation(objective.equilibrium.kinematics, at.state)
-    wall = p[domain.wall_vertices]
-    pressure = objective.load.pressure
     summary = {
         "C": at.value,
         "terms": dict(at.terms),
@@ -161,7 +159,7 @@ def _result(
         "spring_elongation": elongation,
         "p_min": float(p.min()),
         "p_max": float(p.max()),
-        "wall_leak": float(wall.max()) / pressure if pressure > 0.0 else 0.0,
+        "wall_leak": wall_leak(domain, p, objective.load.pressure),
         "energy_ratio": at.energy_ratio,
         "steepest": at.design.steepest,
         "passive_share": objective.design.passive_share(at.chi),

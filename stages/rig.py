@@ -7,16 +7,17 @@ forces by Ē R̄²/(E R²), the spring by Ē R̄/(E R), and displacements by R̄
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from stages.settings import ProblemSettings, Section
 
-#: A number, or an array of any shape.
-Quantity = TypeVar("Quantity", float, NDArray[np.float64])
+if TYPE_CHECKING:  # what computes nothing need not load NumPy
+    import numpy as np
+    from numpy.typing import NDArray
+
+Values = TypeVar("Values", float, "NDArray[np.float64]")
 
 
 class Settings(Section):
@@ -67,6 +68,7 @@ def run(
     """
     _, load, _ = problem.parameters()
     stiffer = youngs_modulus / problem.material.youngs_modulus
+    pressure, travel = scaled(load.pressure, elongation or 0.0, problem, scale, youngs_modulus)
     # The model is half an actuator.
     stiffness = 2.0 * load.spring_stiffness * stiffer * scale
     inertia = settings.spring_width * settings.spring_thickness**3 / 12.0
@@ -78,26 +80,26 @@ def run(
         radius=scale * problem.domain.radius,
         length=scale * problem.domain.length,
         arm_length=scale * load.arm_length,
-        pressure=1e3 * load.pressure * stiffer,
+        pressure=pressure,
         spring_stiffness=stiffness,
         spring_length=length,
-        spring_travel=None if elongation is None else scale * elongation,
+        spring_travel=None if elongation is None else travel,
     )
 
 
 def scaled(
-    pressure: Quantity, length: Quantity, problem: ProblemSettings, scale: float, youngs_modulus: float
-) -> tuple[Quantity, Quantity]:
-    """A pressure and a length of the computed case on the printed part.
+    pressure: Values, length: Values, problem: ProblemSettings, scale: float, youngs_modulus: float
+) -> tuple[Values, Values]:
+    """Pressures and displacements of a case as a part and a material show them.
 
     Args:
-        pressure: N/mm².
-        length: or displacement, mm.
-        problem: the case as it was optimised.
+        pressure: N/mm², number or array.
+        length: mm, number or array: displacement, travel or size.
+        problem: the case as it was computed.
         scale: R̄ / R.
         youngs_modulus: Ē, N/mm².
 
     Returns:
-        The pressure in kPa, and the length in mm, in the shapes given.
+        The pressure times Ē/E in kPa, and the length times R̄/R in mm.
     """
     return 1e3 * pressure * (youngs_modulus / problem.material.youngs_modulus), scale * length

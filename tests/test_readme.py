@@ -36,12 +36,14 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     (tmp_path / "outputs").mkdir()
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20")
-    (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\n")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
+    (tmp_path / "case14.yaml").write_text(
+        tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+    )
     called = commands()
     assert len(called) > 10
     for words in called:
-        ended = poro(*words, *(["--threads", 1] if words[0] in ("run", "optimize") else []))
+        ended = poro(*words, *(["--threads", 1] if words[0] in ("run", "optimize", "simulate") else []))
         # The tiny case's part may not hold air; what matters here is that the checks are made.
         fine = (ExitCode.OK, ExitCode.BAD_SOLID) if words[0] == "check" else (ExitCode.OK,)
         assert ended.code in fine, shlex.join(words) + "\n" + ended.err

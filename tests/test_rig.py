@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import Poro
 from hypothesis import given
@@ -90,3 +91,14 @@ def test_no_sheet_unless_asked_for(folder: Path, poro: Poro) -> None:
     ended = poro("export", "tiny.h5", "--youngs", "-1")
     assert ended.code == 2
     assert "--youngs: must be greater than 0, not -1.0" in ended.err
+
+
+def test_curves_scale_as_the_sheet_does() -> None:
+    _, load, _ = PAPER.parameters()
+    pressure, travel = rig.scaled(
+        np.array([0.0, 0.5, 1.0]) * load.pressure, np.array([0.0, 7.0, 15.327]), PAPER, 1.5, 1.0
+    )
+    sheet = rig.run(PAPER, 1.5, 1.0, rig.Settings(), elongation=15.327)
+    np.testing.assert_allclose(pressure, [0.0, 10.0, 20.0], rtol=1e-12)
+    np.testing.assert_allclose(travel, [0.0, 10.5, 22.9905], rtol=1e-12)
+    assert (pressure[-1], travel[-1]) == (pytest.approx(sheet.pressure), pytest.approx(sheet.spring_travel))
