@@ -140,7 +140,7 @@ def run(
     refinement = refinement or refine.Settings()
     if "thresholded" in settings.fields and settings.mesh == "refined":
         _refuse_too_large(design.domain.mesh.nelements * refinement.factor**3)
-    compile_kernels()
+    compile_kernels(problem.parameters()[0].law)
     numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
     responses: dict[str, Response] = {}
     finished = False
