@@ -10,7 +10,6 @@ import io
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,8 @@ from pipeline.atomic import write_bytes
 from pipeline.design import Design, Floats
 from pipeline.initial_figure import initial_figure
 from pipeline.offscreen import drawn_apart, with_fewer_colours
+from pipeline.path_plot import pressure_displacement
+from pipeline.simulation import read_simulation
 from pipeline.vtkhdf import vtk_order
 
 # Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
@@ -128,10 +129,7 @@ def path_figure(simulation: Path) -> Figure:
     Raises:
         Fault: if it is unreadable (ARTIFACT).
     """
-    # By name: only where there is a simulation are its modules needed.
-    reader, drawer = import_module("pipeline.simulation"), import_module("pipeline.path_plot")
-    figure: Figure = drawer.pressure_displacement(reader.read_simulation(simulation))
-    return figure
+    return pressure_displacement(read_simulation(simulation))
 
 
 def history(design: Design) -> Figure:

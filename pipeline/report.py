@@ -9,7 +9,7 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from importlib import import_module, resources
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import jinja2
 from markupsafe import Markup
 
 from actuator.failure import Failure
-from pipeline import artifact, contents, paper, report_rows
+from pipeline import artifact, contents, paper, report_response, report_rows
 from pipeline.artifact import Header
 from pipeline.atomic import write_bytes
 from pipeline.checking import examine
@@ -27,6 +27,7 @@ from pipeline.job import Job
 from pipeline.plan import plan
 from pipeline.plots import Drawing, NoPicture, draw
 from pipeline.report_model import Model, model_of
+from pipeline.simulation import Simulation, read_simulation
 from pipeline.stage_names import STAGES
 
 WEB = resources.files("pipeline") / "web"
@@ -136,7 +137,8 @@ class Gathered:
     stages: list[StageRow]
     part: Path | None = None
     findings: Findings | None = None
-    simulation: Any = None
+    simulation: Simulation | None = None
+    measured: list[report_rows.Entry] = field(default_factory=list)
     comparison: list[report_rows.Entry] = field(default_factory=list)
     comparison_picture: str = ""
     missing: list[Missing] = field(default_factory=list)
@@ -188,7 +190,7 @@ def _gather(job: Job, check: bool) -> Gathered:
     found = Gathered(read_design(path), artifact.read_header(path), list(_stages(job)))
     _find_part(job, found, check)
     if job.simulation:
-        found.simulation = import_module("pipeline.simulation").read_simulation(job.simulation)
+        found.simulation = read_simulation(job.simulation)
     else:
         found.missing.append(Missing("pressure–displacement curve", _command("simulate", path)))
     _find_comparison(path, found)
@@ -253,7 +255,13 @@ def _find_comparison(optimised: Path, found: Gathered) -> None:
     """What ``poro compare`` left beside the design: NAME.compare.json and its figure."""
     stored = optimised.with_name(f"{found.design.name}.compare.json")
     if stored.is_file():
-        found.comparison = list(report_rows.leaves(_read_json(stored)))
+        values = _read_json(stored)
+        try:
+            found.measured = report_response.measured(values)
+        except (KeyError, TypeError):
+            sentence = f"{stored}: this is not what `poro compare` of this version writes; run it again."
+            raise Fault(ExitCode.ARTIFACT, sentence) from None
+        found.comparison = list(report_rows.leaves(values))
     else:
         found.missing.append(Missing("comparison with a measurement", _command("compare", optimised, "MEASURED.csv")))
     for format in ("svg", "png"):
@@ -319,7 +327,8 @@ def _page(found: Gathered, pictures: list[Picture], model: Model | None, problem
         part=report_rows.part(exported, found.summary("mirror")) if exported else [],
         checks=exported.get("checks", {}),
         settings=list(report_rows.settings(design.case)),
-        simulated=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
+        simulated=report_response.simulated(found.simulation.summary) if found.simulation else [],
+        simulation_values=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
         duration=report_rows.duration,
         pictures=pictures,
         problems=problems,

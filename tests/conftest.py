@@ -6,12 +6,10 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 from command_line import TINY, Ended, Poro
-from matplotlib.figure import Figure
 
 from actuator import compilation
 from pipeline import contents
@@ -68,22 +66,17 @@ def summary(finished: Path) -> dict[str, Any]:
     return contents.summary(finished / "tiny.h5", "optimize")
 
 
+@pytest.fixture(scope="session")
+def pressurised(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tiny case, simulated; the thresholded field as soft as the optimised one, so that few steps will do."""
+    place = tmp_path_factory.mktemp("simulated")
+    shutil.copytree(finished, place, dirs_exist_ok=True)
+    (place / "tiny.yaml").write_text(TINY + "simulate: {sharpness: 1.0, max_load: 1.2, states: [0.5, 1]}\n")
+    assert call(["simulate", str(place / "tiny.yaml"), "--output", str(place), "--threads", "1"]) == 0
+    return place
+
+
 @pytest.fixture
-def simulation(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A simulation beside the design of :func:`folder`, read and drawn by stand-ins of the modules that do that."""
-    path = folder / "tiny.simulation.h5"
-    path.write_bytes(b"a simulation")
-    reader, drawer = ModuleType("pipeline.simulation"), ModuleType("pipeline.path_plot")
-    found = SimpleNamespace(name="tiny", summary={"density": {"elongation": 0.603, "steps": 7}})
-
-    def drawn(simulation: object) -> Figure:
-        assert simulation is found
-        figure = Figure()
-        figure.subplots().plot([0.0, 1.0], [0.0, 2.0])
-        return figure
-
-    monkeypatch.setattr(reader, "read_simulation", {path: found}.__getitem__, raising=False)
-    monkeypatch.setattr(drawer, "pressure_displacement", drawn, raising=False)
-    for module in (reader, drawer):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-    return path
+def simulation(folder: Path, pressurised: Path) -> Path:
+    """The simulation beside the design of :func:`folder`."""
+    return shutil.copy(pressurised / "tiny.simulation.h5", folder / "tiny.simulation.h5")

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+import shutil
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +17,12 @@ import lxml.html
 import pytest
 from command_line import Poro
 from lxml.html import HtmlElement
+from synthetic import EXAMPLE
 
 from pipeline import atomic, plots, report
 from pipeline.design import Design
 from pipeline.plots import Drawing
+from pipeline.simulation import read_simulation
 
 HOSTILE = """# </pre><script>window.hostile = 1</script><img src=x onerror="window.hostile = 1">
 domain: {core_cells: 2, rings: 1, layers: 3}  # {{ 7 * 7 }} {% raw %} &amp; "quoted"
@@ -162,13 +165,15 @@ def test_model_is_the_part(page: HtmlElement, summary: dict[str, Any]) -> None:
 # --------------------------------------------------------------------------------------- whatever there is
 
 
-def test_text_of_a_case_cannot_act(written: Callable[..., HtmlElement], folder: Path) -> None:
+def test_text_of_a_case_and_a_recorded_test_cannot_act(
+    poro: Poro, written: Callable[..., HtmlElement], folder: Path
+) -> None:
+    recorded = EXAMPLE.read_text(encoding="utf-8")
+    (folder / "measured.csv").write_text("# </dl><script>alert(1)</script>\n" + recorded, encoding="utf-8")
+    assert poro("compare", folder / "tiny.h5", folder / "measured.csv", "--youngs", 1.0).code == 0
     with h5py.File(folder / "tiny.h5", "r+") as file:
         del file["case_text"]
         file["case_text"] = HOSTILE
-    (folder / "tiny.compare.json").write_text(
-        json.dumps({"<script>alert(1)</script>": "</dl><script>alert(2)</script>"})
-    )
     page = written()
     assert page.xpath("//script") == []
     assert page.xpath("//img[@src='x'] | //@onerror") == []
@@ -213,17 +218,30 @@ def test_stale_stages_are_named_with_the_reason(written: Callable[..., HtmlEleme
 
 
 def test_simulation_and_comparison_are_reported(
-    written: Callable[..., HtmlElement], folder: Path, simulation: Path
+    poro: Poro, written: Callable[..., HtmlElement], folder: Path, simulation: Path
 ) -> None:
-    (folder / "tiny.compare.json").write_text(json.dumps({"rms": 0.25, "curves": {"mean": [1.0, 2.0]}}))
-    (folder / "tiny.compare.png").write_bytes(b"picture")
+    shutil.copy(EXAMPLE, folder / "measured.csv")
+    compared = poro("compare", folder / "tiny.h5", folder / "measured.csv", "--youngs", 1.0, "--json")
+    found = json.loads(compared.out)
     page = written()
-    assert "density.elongation 0.603" in section_of(page, "simulation")
+    simulated = section_of(page, "simulation")
+    assert "density: optimised state is the one reached yes" in simulated
+    elongation = read_simulation(simulation).summary["fields"]["density"]["at_target"]["elongation"]
+    assert f"density: spring elongation at p_in {elongation:.3f} mm" in simulated
     measured = section_of(page, "measured")
-    assert "rms 0.25" in measured
-    assert "curves.mean 1, 2" in measured
+    assert "SYNTHETIC, not measured" in measured
+    assert f"deviation {found['target']['deviation_mm']:+.3f} mm" in measured
+    assert f"hysteresis {found['hysteresis']['area']:.2f} %" in measured
     assert len(page.xpath("//figure[@id='figure-pressure'] | //figure[@id='figure-compare']")) == 2
     assert page.xpath("//table[@id='missing-table']//code")[0].text_content().startswith("poro check")
+
+
+def test_comparison_of_another_version_is_refused(poro: Poro, folder: Path, quickly: None) -> None:
+    (folder / "tiny.compare.json").write_text(json.dumps({"rms": 0.25}))
+    ended = poro("report", folder / "tiny.h5", "--no-check")
+    assert ended.code == 4
+    assert "tiny.compare.json: this is not what `poro compare` of this version writes; run it again." in ended.err
+    assert not (folder / "tiny.report.html").exists()
 
 
 def test_simulation_is_drawn_in_the_report(folder: Path, simulation: Path) -> None:

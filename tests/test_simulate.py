@@ -19,7 +19,6 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 import stages.simulate
 from actuator.failure import InvalidSettings
 from pipeline import artifact, progress
-from pipeline.cli import call
 from pipeline.execution import _simulated_design
 from pipeline.exit_codes import ExitCode
 from pipeline.path_plot import pressure_displacement
@@ -41,23 +40,12 @@ CONTRACT = {
     "loading": "1",
     "newton": "1",
 }
-QUICK = "simulate: {sharpness: 1.0, max_load: 1.2, states: [0.5, 1]}\n"
-
-
-@pytest.fixture(scope="module")
-def once(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The tiny case, simulated; the thresholded field as soft as the optimised one, so that few steps will do."""
-    place = tmp_path_factory.mktemp("simulated")
-    shutil.copytree(finished, place, dirs_exist_ok=True)
-    (place / "tiny.yaml").write_text(TINY + QUICK)
-    assert call(["simulate", str(place / "tiny.yaml"), "--output", str(place), "--threads", "1"]) == ExitCode.OK
-    return place
 
 
 @pytest.fixture
-def simulated(once: Path, tmp_path: Path) -> Path:
+def simulated(pressurised: Path, tmp_path: Path) -> Path:
     """A copy of it, to be spoilt; it is the working folder of ``poro``."""
-    shutil.copytree(once, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(pressurised, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
@@ -135,7 +123,8 @@ def test_reruns_and_what_is_said(simulated: Path, poro: Poro) -> None:
         *("simulate", "up", "to", "date"),
         "tiny.simulation.h5",
     ]
-    (simulated / "tiny.yaml").write_text(TINY + QUICK + "mirror: {threshold: 0.1}\n")
+    case = simulated / "tiny.yaml"
+    case.write_text(case.read_text() + "mirror: {threshold: 0.1}\n")
     assert "settings changed: mirror.threshold 0.0 → 0.1" in poro("status", "tiny.yaml", "--output", ".").out
     ended = poro("simulate", "tiny.simulation.h5")
     assert ended.code == ExitCode.ARTIFACT

@@ -1,0 +1,63 @@
+"""What the report says of the response to pressure: simulated, and beside a recorded test."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.report_rows import Entry
+
+Summary = dict[str, Any]
+
+
+def simulated(summary: Summary) -> list[Entry]:
+    """The answers of a simulation, field by field."""
+    return [
+        Entry(f"{field}: {name}", value)
+        for field, found in summary["fields"].items()
+        for name, value in _answers(found)
+    ]
+
+
+def _answers(found: Summary) -> list[tuple[str, str]]:
+    if found["reached"] is None:
+        return [("followed", f"to {found['largest_load']:.3g} p_in; {found['ended']}")]
+    apart = found["difference"]
+    rows = [
+        ("optimised state is the one reached", "yes" if found["reached"] else "no"),
+        ("relative difference from it", ", ".join(f"{name} {value:.1e}" for name, value in apart.items())),
+    ]
+    at = found["at_target"]
+    rows += [
+        ("T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
+        ("spring elongation at p_in", f"{at['elongation']:.3f} mm"),
+        ("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
+        ("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
+    ]
+    limits = ", ".join(f"{point['load_factor']:.4f} p_in" for point in found["limit_points"])
+    rows.append(("limit points", limits or f"none up to {found['largest_load']:.3g} p_in"))
+    if found["hysteresis"]:
+        rows.append(("up and down differ by at most", f"{max(found['hysteresis'].values()):.1e}"))
+    if not found["complete"]:
+        rows.append(("incomplete", found["ended"] or "interrupted"))
+    return rows
+
+
+def measured(comparison: Summary) -> list[Entry]:
+    """The figures of a comparison with a recorded test that matter first."""
+    target, line = comparison["target"], comparison["linearity"]["measured"]
+    rows = [Entry("recorded test", f"{comparison['measured']}, {comparison['cycles']} cycles")]
+    rows += [Entry("remark in the file", remark) for remark in comparison["comments"]]
+    if target:
+        pressure = f"{target['pressure_kPa']:.4g} kPa"
+        rows += [
+            Entry(f"measured at {pressure}", f"{target['measured_mm']:.3f} ± {target['spread_mm']:.3f} mm"),
+            Entry(f"predicted at {pressure}", f"{target['predicted_mm']:.3f} mm"),
+            Entry("deviation", f"{target['deviation_mm']:+.3f} mm, {target['deviation_percent']:+.1f} %"),
+        ]
+    rows += [
+        Entry("hysteresis", f"{comparison['hysteresis']['area']:.2f} % of the area under loading"),
+        Entry("linearity of loading", f"R² {line['r_squared']:.5f}, {line['largest']:.2f} % off the line at most"),
+    ]
+    return rows
