@@ -153,6 +153,16 @@ def read_group(path: Path, stage: str, group: str) -> dict[str, Any]:
         return {name: _value(file[group][name]) for name in file[group]}
 
 
+def holds(path: Path, stage: str, name: str) -> bool:
+    """Whether an artifact has a dataset or group of this path inside it.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    with _opened(path, stage) as file:
+        return name in file
+
+
 def read_grid(path: Path) -> vtkhdf.Grid:
     """What VTK readers find in an artifact, with the arrays themselves.
 
@@ -160,7 +170,7 @@ def read_grid(path: Path) -> vtkhdf.Grid:
         Fault: if the artifact is missing, unreadable, or has no mesh (ARTIFACT).
     """
     with _opened(path) as file:
-        if "VTKHDF" not in file:
+        if vtkhdf.GROUP not in file:
             raise Fault(ExitCode.ARTIFACT, f"{path}: there is no mesh in this artifact; give an earlier stage's.")
         return vtkhdf.read(file)
 

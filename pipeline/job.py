@@ -59,6 +59,11 @@ class Files:
         """State of an optimisation under way."""
         return self.folder / f"{self.name}.checkpoint.h5"
 
+    @property
+    def updates(self) -> Path:
+        """Folder with the fields of the design updates of an optimisation under way."""
+        return self.folder / f"{self.name}.updates"
+
 
 @dataclass(frozen=True)
 class Job:

@@ -1,4 +1,4 @@
-"""The ``/VTKHDF`` group, by which ParaView and other VTK readers find mesh and fields inside an artifact.
+"""The VTKHDF groups, by which ParaView and other VTK readers find mesh and fields inside an artifact.
 
 VTKHDF 2.0, UnstructuredGrid with time steps:
 https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html
@@ -21,6 +21,9 @@ if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, sci
     import h5py
 
     from actuator.domain import HalfCylinder
+
+#: The final state on all nodes, and the time series of the design updates on the vertices.
+GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
 
 #: VTK's cell types (vtkCellType.h).
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
@@ -55,12 +58,28 @@ class Grid:
 
 @dataclass(frozen=True)
 class GridPaths:
-    """Where the arrays of a :class:`Grid` lie inside an artifact."""
+    """Where the arrays of a :class:`Grid` lie inside an artifact, and its time series if there is one."""
 
     points: str
     connectivity: str
     cell_type: int
     fields: Mapping[str, str]
+    series: Series | None = None
+
+
+@dataclass(frozen=True)
+class Series:
+    """Fields at several times on one mesh, for a group of their own.
+
+    Attributes:
+        grid: where the arrays lie; those of the fields hold one time after the other.
+        n_points: how many of the points, the first ones, belong to the mesh.
+        times: of the steps, ascending.
+    """
+
+    grid: GridPaths
+    n_points: int
+    times: tuple[float, ...]
 
 
 @cache
@@ -77,13 +96,18 @@ def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray
 
 
 def write(file: h5py.File, grid: GridPaths) -> None:
-    """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
+    """Add the groups to a file that holds the arrays of a grid; they are linked, not copied."""
+    _write(file.create_group(GROUP), file, grid, len(file[grid.points]), (0.0,))
+    if grid.series:
+        _write(file.create_group(SERIES), file, grid.series.grid, grid.series.n_points, grid.series.times)
+
+
+def _write(group: h5py.Group, file: h5py.File, grid: GridPaths, n_points: int, times: tuple[float, ...]) -> None:
     import h5py
 
-    group = file.create_group("VTKHDF")
     group.attrs["Version"] = np.array([2, 0], dtype=np.int64)
     group.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
-    n_points, n_ids = len(file[grid.points]), len(file[grid.connectivity])
+    n_ids = len(file[grid.connectivity])
     n_cells = n_ids // CELL_NODES[grid.cell_type]
     group["Points"] = h5py.SoftLink(grid.points)
     group["Connectivity"] = h5py.SoftLink(grid.connectivity)
@@ -95,27 +119,28 @@ def write(file: h5py.File, grid: GridPaths) -> None:
     fields = group.create_group("PointData")
     for name, path in grid.fields.items():
         fields[name] = h5py.SoftLink(path)
-    _steps(group, list(grid.fields))
+    _steps(group, list(grid.fields), n_points, times)
 
 
-def _steps(group: h5py.Group, fields: list[str]) -> None:
-    """One time step, the final state, with every offset the format knows."""
+def _steps(group: h5py.Group, fields: list[str], n_points: int, times: tuple[float, ...]) -> None:
+    """Time steps of fields on a mesh that stays, with every offset the format knows."""
+    n_steps = len(times)
     steps = group.create_group("Steps")
-    steps.attrs["NSteps"] = np.int64(1)
-    steps["Values"] = np.zeros(1)
-    steps["NumberOfParts"] = np.ones(1, dtype=np.int64)
+    steps.attrs["NSteps"] = np.int64(n_steps)
+    steps["Values"] = np.array(times)
+    steps["NumberOfParts"] = np.ones(n_steps, dtype=np.int64)
     for name in ("PartOffsets", "PointOffsets"):
-        steps[name] = np.zeros(1, dtype=np.int64)
+        steps[name] = np.zeros(n_steps, dtype=np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):  # one column per topology
-        steps[name] = np.zeros((1, 1), dtype=np.int64)
+        steps[name] = np.zeros((n_steps, 1), dtype=np.int64)
     offsets = steps.create_group("PointDataOffsets")
     for name in fields:
-        offsets[name] = np.zeros(1, dtype=np.int64)
+        offsets[name] = n_points * np.arange(n_steps, dtype=np.int64)
 
 
 def read(file: h5py.File) -> Grid:
     """The grid of a file, with the arrays themselves."""
-    group = file["VTKHDF"]
+    group = file[GROUP]
     return Grid(
         points=group["Points"][()],
         connectivity=group["Connectivity"][()],
@@ -127,7 +152,8 @@ def read(file: h5py.File) -> Grid:
 def write_sidecar(artifact: Path) -> Path:
     """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
 
-    ParaView gives the ending ``.h5`` to another reader.
+    ParaView gives the ending ``.h5`` to another reader. The file shows the time series if the artifact has one, else
+    the final state.
 
     Raises:
         OSError: if the folder or the disk does not take the file.
@@ -135,6 +161,8 @@ def write_sidecar(artifact: Path) -> Path:
     import h5py
 
     sidecar = artifact.with_suffix(".vtkhdf")
+    with h5py.File(artifact, "r") as written:
+        shown = SERIES if SERIES in written else GROUP
     with replacing_hdf5(sidecar) as file:
-        file["VTKHDF"] = h5py.ExternalLink(artifact.name, "/VTKHDF")
+        file["VTKHDF"] = h5py.ExternalLink(artifact.name, f"/{shown}")
     return sidecar
