@@ -11,7 +11,6 @@ from pydantic import BaseModel
 
 import stages.optimize
 
-
 #: Keys of ``optimizer`` that say what is kept beside the result, not what the result is.
 RECORDED_ONLY = ("keep_updates",)
 

@@ -1,4 +1,4 @@
-"""The fields of the design updates: one small file each while an optimisation runs, one group of its artifact at the end.
+"""The fields of the design updates: a small file each while an optimisation runs, then a group of its artifact.
 
 A file of its own for every update costs the same at the two hundredth as at the first; written before the checkpoint,
 it is there for every update that a resumed run counts as made.
