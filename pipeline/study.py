@@ -175,11 +175,12 @@ class _Checker:
         for name in wanted:
             if name not in RANGE_KEYS:
                 self.wrong(("vary", key, name), f"unknown key of a range; use {', '.join(RANGE_KEYS)}")
-        ends = [wanted.get(name) for name in ("from", "to")]
+        ends: list[Any] = [wanted.get(name) for name in ("from", "to")]
         for name, end in zip(("from", "to"), ends, strict=True):
             if isinstance(end, bool) or not isinstance(end, int | float):
                 self.wrong(("vary", key, name), "must be a number; write one such as 0.1 or 1.0e-3")
-        steps, scale = wanted.get("steps"), wanted.get("scale", "linear")
+        steps: Any = wanted.get("steps")
+        scale = wanted.get("scale", "linear")
         if isinstance(steps, bool) or not isinstance(steps, int) or not 2 <= steps <= MOST_CASES:
             self.wrong(("vary", key, "steps"), f"must be a whole number from 2 to {MOST_CASES}; write one")
         if scale not in ("linear", "log"):

@@ -169,7 +169,9 @@ class Sweep:
         try:
             while waiting or running:
                 while waiting and len(running) < jobs:
-                    running.append(_Running(self, waiting.popleft()))
+                    variant = waiting.popleft()
+                    self.outcome_file(variant).unlink(missing_ok=True)
+                    running.append(_Running(self, variant))
                 time.sleep(PAUSE)
                 for case in [case for case in running if case.process.poll() is not None]:
                     running.remove(case)

@@ -28,7 +28,7 @@ DRAWN = {
 MOST_CURVES, MOST_LISTED = 8, 12
 
 
-def draw(study: Study, table: list[dict[str, Any]], png: Path) -> None:
+def draw(study: Study, table: list[dict[str, Any]], png: Path) -> Figure:
     """Draw curves over the key with the most values, one per combination of the others, or a map of two keys.
 
     Args:
@@ -60,6 +60,7 @@ def draw(study: Study, table: list[dict[str, Any]], png: Path) -> None:
         figure.legend(handles, labels, title=", ".join(others), loc="outside right upper", frameon=False)
     with replacing(png) as temporary:
         FigureCanvasAgg(figure).print_figure(temporary, format="png")
+    return figure
 
 
 def _curves(
