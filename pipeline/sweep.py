@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import signal
@@ -18,7 +19,7 @@ from typing import IO, Any
 from pipeline import atomic, contents
 from pipeline.case_writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.job import open_job
+from pipeline.job import Files, Job
 from pipeline.plan import Step, plan
 from pipeline.progress import Reporter, duration
 from pipeline.study import Study, Variant
@@ -42,10 +43,12 @@ class Outcome:
     Attributes:
         exit_code: of its process.
         sentence: what it said if it failed, else empty.
+        case: sha256 of its case file; the outcome of another one says nothing.
     """
 
     exit_code: int
     sentence: str
+    case: str
 
 
 @dataclass(frozen=True)
@@ -117,8 +120,10 @@ class Sweep:
         Raises:
             Fault: if an artifact in the way is unreadable (ARTIFACT).
         """
-        path = self.case_file(variant)
-        return plan(open_job(path, path.parent), last=self.study.until)
+        path, case = self.case_file(variant), variant.case
+        # As open_job would find it, without reading the case file again.
+        files = Files(path.parent, case.name, f"{case.name}.{case.export.format}")
+        return plan(Job(path, case, "", case.export, files), last=self.study.until)
 
     def complete(self, variant: Variant) -> bool:
         """Whether nothing is missing or stale."""
@@ -128,13 +133,20 @@ class Sweep:
             return False
 
     def outcome(self, variant: Variant) -> Outcome | None:
-        """How a variant ended last; None if it has not been run to an end."""
+        """How a variant ended last; None if it has not been run to an end as it is now."""
         if self.complete(variant):
-            return Outcome(int(ExitCode.OK), "")
+            return self.ended(variant, int(ExitCode.OK), "")
         try:
-            return Outcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
+            found = Outcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
             return None
+        same = found.case == self.ended(variant, 0, "").case
+        return found if same and found.exit_code != ExitCode.OK else None
+
+    def ended(self, variant: Variant, exit_code: int, sentence: str) -> Outcome:
+        """The outcome of a variant as its case file is now."""
+        digest = hashlib.sha256(self.case_file(variant).read_bytes()).hexdigest()
+        return Outcome(exit_code, sentence, digest)
 
     def keep(self, variant: Variant, outcome: Outcome) -> None:
         """Store how a variant ended, unless that is stored already.
@@ -184,7 +196,7 @@ class Sweep:
             raise
 
     def _note(self, case: _Running, place: str, reporter: Reporter) -> None:
-        outcome = case.outcome()
+        outcome = self.ended(case.variant, *case.end())
         self.keep(case.variant, outcome)
         ended = "done" if outcome.exit_code == ExitCode.OK else f"exit code {outcome.exit_code}: {outcome.sentence}"
         reporter.say(f"{place} {case.variant.case.name} ({duration(case.seconds)}): {ended}")
@@ -213,7 +225,7 @@ class _Running:
     def __init__(self, sweep: Sweep, variant: Variant) -> None:
         self.variant = variant
         self.started = time.monotonic()
-        # Closed by outcome(), after the process has ended.
+        # Closed by end(), after the process has ended.
         self.said: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         case = sweep.case_file(variant)
         options = ["--until", sweep.study.until, "--output", str(case.parent), "--threads", str(sweep.threads)]
@@ -233,16 +245,17 @@ class _Running:
         """Since the start."""
         return time.monotonic() - self.started
 
-    def outcome(self) -> Outcome:
-        """How the process ended; it has ended."""
+    def end(self) -> tuple[int, str]:
+        """Exit code and sentence of the process, which has ended."""
         code = self.process.returncode
         with self.said:
             self.said.seek(0)
             sentences = list(_sentences(self.said))
         if code < 0:
             ended = f"ended by the signal {signal.Signals(-code).name}, perhaps for want of memory; see its log."
-            return Outcome(int(ExitCode.UNEXPECTED), ended)
-        return Outcome(code, " ".join(sentences) if code else "")
+            return int(ExitCode.UNEXPECTED), ended
+        known = code if code in list(ExitCode) else int(ExitCode.UNEXPECTED)
+        return known, " ".join(sentences) or f"ended with the code {code}; see its log." if code else ""
 
 
 def _sentences(lines: Iterable[str]) -> Iterator[str]:

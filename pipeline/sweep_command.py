@@ -12,7 +12,7 @@ from pipeline.job import default_folder
 from pipeline.progress import reporting
 from pipeline.result_json import result_json
 from pipeline.study import Variant, read_study
-from pipeline.sweep import Outcome, Sweep
+from pipeline.sweep import Sweep
 from pipeline.sweep_table import Row
 
 WORKFLOW = Path(__file__).parent / "workflow" / "Snakefile"
@@ -54,7 +54,7 @@ def run(sweep: Sweep, variants: tuple[Variant, ...], jobs: int | None) -> None:
     waiting = []
     for variant in variants:
         if sweep.complete(variant):
-            sweep.keep(variant, Outcome(int(ExitCode.OK), ""))
+            sweep.keep(variant, sweep.ended(variant, int(ExitCode.OK), ""))
         else:
             waiting.append(variant)
     jobs = jobs or max(1, available_cores() // sweep.threads)

@@ -45,12 +45,12 @@ def files(tmp_path: Path) -> Path:
 def test_commands_options_values_and_case_files_are_completed(shell: str, files: Path) -> None:
     assert offered(shell, files, "poro re") == {"refine"}
     assert offered(shell, files, "poro run --dry") == {"--dry-run"}
-    assert offered(shell, files, "poro run --until mi") == {"mirror"}
     assert offered(shell, files, "poro run s") == {"small.yaml", "small.h5"}
-    assert offered(shell, files, "poro export cases/a") == {"cases/arm.yaml"}
 
 
-def test_shipped_cases_folders_artifacts_and_studies_are_completed(files: Path) -> None:
+def test_values_shipped_cases_folders_artifacts_and_studies_are_completed(files: Path) -> None:
+    assert offered("bash", files, "poro run --until mi") == {"mirror"}
+    assert offered("bash", files, "poro export cases/a") == {"cases/arm.yaml"}
     assert offered("bash", files, "poro run ca") == {"case11.yaml", "case14.yaml", "cases/"}
     assert offered("bash", files, "poro convert s") == {"small.h5"}
     assert offered("bash", files, "poro sweep s") == {"small.yaml"}

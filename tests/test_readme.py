@@ -35,6 +35,8 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20")
     (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\n")
+    (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
+    (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
     called = commands()
     assert len(called) > 10
     for words in called:
@@ -45,7 +47,8 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     found = {path.name for path in (tmp_path / "outputs").iterdir()}
     promised = {name.replace("NAME", "case14") for row in table("file") for name in re.findall(r"`(NAME[^`]*)`", row)}
     # The optimisation has ended, so that nothing of one under way is left.
-    assert promised - found == {"case14.checkpoint.h5"}
+    assert promised - found == {"case14.checkpoint.h5", "case14.updates"}
+    assert {f"study.sweep.{ending}" for ending in ("csv", "md", "png", "log")} <= found
     assert (tmp_path / "case14.vtu").exists()
     assert (tmp_path / "case14.glb").exists()
 

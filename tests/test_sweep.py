@@ -153,7 +153,7 @@ def test_plots_show_curves_or_a_map(keys: tuple[int, ...], images: int, tmp_path
 
 @pytest.mark.skipif(find_spec("snakemake") is None, reason="Snakemake is not installed (extra 'cluster')")
 def test_snakemake_runs_the_study_two_jobs_at_once(poro: Poro, tmp_path: Path) -> None:
-    written(tmp_path)
+    written(tmp_path, STUDY.replace(", 0.02]", "]"))
     workflow = poro("sweep", "--workflow-path").out.strip()
     command = [sys.executable, "-m", "snakemake", "--snakefile", workflow, "--config", "study=study.yaml"]
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
@@ -162,9 +162,9 @@ def test_snakemake_runs_the_study_two_jobs_at_once(poro: Poro, tmp_path: Path) -
     assert ended.returncode == 0, ended.stderr[-3000:]
     assert "Execute 2 jobs..." in ended.stderr
     found = {row["name"]: row["exit_code"] for row in rows(Path("there/study.sweep.csv"))}
-    assert found == dict(zip(NAMES, ["0", "3", "0"], strict=True))
+    assert found == dict(zip(NAMES[:2], ["0", "3"], strict=True))
     # The program and Snakemake agree on what is done.
-    assert poro("sweep", "study.yaml", "--output", "there", "--dry-run").out.count("up to date") == 2
+    assert poro("sweep", "study.yaml", "--output", "there", "--dry-run").out.count("up to date") == 1
     again = subprocess.run([*called, "--dry-run"], env=environment, capture_output=True, text=True, check=False)
     assert "Nothing to be done" in again.stdout + again.stderr
     shutil.rmtree(tmp_path / ".snakemake")
