@@ -74,6 +74,7 @@ def sweep(
         raise Fault(ExitCode.USAGE, "--collect and --only exclude each other; leave out one of them.")
     sweep = commands.open_sweep(study, output, threads)
     variants = sweep.chosen(only or [])
+    sweep.prepare(variants)
     if dry_run:
         typer.echo(commands.planned(sweep, variants, as_json=as_json))
         return

@@ -82,14 +82,14 @@ class Sweep:
         """Where it is kept how a variant ended."""
         return self.case_file(variant).with_suffix(".outcome.json")
 
-    def prepare(self) -> None:
-        """Write the case files that are not there as they should be.
+    def prepare(self, variants: Iterable[Variant]) -> None:
+        """Write the case files of variants that are not there as they should be.
 
         Raises:
             Fault: if a folder cannot be made (USAGE).
             OSError: if the disk does not take a file.
         """
-        for variant in self.study.variants:
+        for variant in variants:
             path = self.case_file(variant)
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -19,15 +19,12 @@ WORKFLOW = Path(__file__).parent / "workflow" / "Snakefile"
 
 
 def open_sweep(path: Path, output: Path | None, threads: int) -> Sweep:
-    """The sweep that a command line describes; its case files are written.
+    """The sweep that a command line describes.
 
     Raises:
         Fault: one sentence for every mistake of the study (USAGE).
-        OSError: if the disk does not take a file.
     """
-    sweep = Sweep(read_study(path), output or default_folder(), threads)
-    sweep.prepare()
-    return sweep
+    return Sweep(read_study(path), output or default_folder(), threads)
 
 
 def planned(sweep: Sweep, variants: Iterable[Variant], *, as_json: bool) -> str:

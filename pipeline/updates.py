@@ -68,10 +68,8 @@ class UpdateKeeper:
 
     Args:
         job: the case; ``optimizer.keep_updates`` is n, and 0 stores nothing.
-        start: where the optimisation continues, or None; later files, and all of another path, are removed.
-
-    Raises:
-        OSError: if the disk does not take or give up a file.
+        start: where the optimisation continues, or None; with the first event, later files, and all of another path,
+            are removed.
     """
 
     def __init__(self, job: Job, start: Checkpoint | None) -> None:
@@ -79,20 +77,18 @@ class UpdateKeeper:
         self.finished = job.artifact("optimize")
         self.place = Place(job.files.updates, path_header(job, STAGE))
         self.reached = start.updates if start else -1
-        kept = self.place.found()
-        for path in self.place.folder.glob("[0-9]*.h5"):
-            number = int(path.stem) if path.stem.isdigit() else -1
-            if number not in kept or number > self.reached:
-                path.unlink()
+        self._clean = False
 
     def observe(self, event: Event) -> None:
         """Store the fields of a design update if it is one of those to keep.
 
         Raises:
-            OSError: if the disk does not take them.
+            OSError: if the disk does not take them, or give up older ones.
         """
         if not isinstance(event, DesignUpdate):
             return
+        if not self._clean:  # not before there is something new: until then the older run can go on
+            self._remove_others()
         update = int(event.record["update"])
         if self.every == 0 or update % self.every or self.place.file(update).exists():
             return
@@ -102,6 +98,13 @@ class UpdateKeeper:
             name: Dataset(np.asarray(fields[name], dtype=np.float32), *meaning) for name, meaning in FIELDS.items()
         }
         artifact.write(self.place.file(update), self.place.header, datasets)
+
+    def _remove_others(self) -> None:
+        kept = self.place.found()
+        for path in self.place.folder.glob("[0-9]*.h5"):
+            if not path.stem.isdigit() or int(path.stem) not in kept or int(path.stem) > self.reached:
+                path.unlink()
+        self._clean = True
 
     def collect(self, result: stages.optimize.Result) -> Kept:
         """The fields of all updates kept so far and of the last one, by number; none where none are to be kept.
@@ -126,7 +129,7 @@ class UpdateKeeper:
             header = artifact.read_header(self.finished)
             if checkpoint_key(header.case_resolved, header.stage_version) != self.place.header.content_key:
                 return {}
-            return read(self.finished)
+            return {number: fields for number, fields in read(self.finished).items() if number <= self.reached}
         except Fault:  # missing or of an older layout
             return {}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,14 @@ def test_every_update_is_a_time_step_of_the_shown_mesh(folder: Path) -> None:
     np.testing.assert_array_equal(last["displacement"], moved[: len(chi)].astype(np.float32))
     assert not np.array_equal(found[0.0]["chi"], last["chi"])
     assert not (folder / "tiny.updates").exists()
+
+
+def test_documented_lines_read_the_last_step(folder: Path) -> None:
+    document = (Path(__file__).parent.parent / "docs" / "artifacts.md").read_text(encoding="utf-8")
+    (lines,) = re.findall(r"^```python\n(.*?)^```", document, flags=re.MULTILINE | re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(lines.replace("outputs/quick.vtkhdf", str(folder / "tiny.vtkhdf")), names)
+    np.testing.assert_array_equal(names["last"]["chi"], steps(folder / "tiny.vtkhdf")[1.0]["chi"])
 
 
 def test_steps_have_right_handed_cells_units_and_the_final_state_on_all_nodes(folder: Path) -> None:
