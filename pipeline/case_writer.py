@@ -53,8 +53,7 @@ def write_new(name: str, like: str, output: Path | None, *, force: bool, schema:
         OSError: if the folder or the disk does not take a file.
     """
     name = name.removesuffix(".yaml")
-    origin = Path(like)
-    origin = find_case(origin if origin.suffix in (".yaml", ".yml") else origin.with_name(f"{origin.name}.yaml"))
+    origin = find_case(Path(like if like.endswith((".yaml", ".yml")) else f"{like}.yaml"))
     case, _ = read_case(origin)
     wrong = mistakes({"name": name})
     if wrong:

@@ -117,7 +117,10 @@ class UpdateKeeper:
         last = int(result.summary["updates"])
         kept = self._of_finished() if self.reached >= 0 else {}
         for number, path in self.place.found().items():
-            kept[number] = dict(zip(FIELDS, artifact.read(path, STAGE, *FIELDS), strict=True))
+            try:
+                kept[number] = dict(zip(FIELDS, artifact.read(path, STAGE, *FIELDS), strict=True))
+            except Fault:  # a step less is no reason to lose the result
+                continue
         n_vertices = len(result.chi)
         final = {"chi": result.chi, "pressure": result.pressure, "displacement": result.displacement[:n_vertices]}
         kept[last] = {name: values.astype(np.float32) for name, values in final.items()}
