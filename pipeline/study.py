@@ -234,10 +234,10 @@ def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
         found = [low * (high / low) ** (i / (steps - 1)) for i in range(steps)]
     else:
         found = [low + (high - low) * i / (steps - 1) for i in range(steps)]
-    # Twelve digits, so that 0.02 does not become 0.020000000000000004 in names and files.
-    rounded = [float(f"{value:.12g}") for value in found]
-    whole = isinstance(low, int) and isinstance(high, int) and all(value.is_integer() for value in rounded)
-    return [int(value) for value in rounded] if whole else rounded
+    if isinstance(low, int) and isinstance(high, int) and all(float(value).is_integer() for value in found):
+        return [round(value) for value in found]
+    # Six digits between the ends, so that names and files stay readable.
+    return [float(low), *(float(f"{value:.6g}") for value in found[1:-1]), float(high)]
 
 
 def replaced(data: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:

@@ -26,6 +26,8 @@ DRAWN = {
 }
 #: Most curves in one panel; two keys with more are drawn as a map. Most curves that a legend lists.
 MOST_CURVES, MOST_LISTED = 8, 12
+#: Most values that an axis of a map names.
+MOST_TICKS = 5
 
 
 def draw(study: Study, table: list[dict[str, Any]], png: Path) -> Figure:
@@ -73,7 +75,7 @@ def _curves(
             curves.setdefault(tuple(row[key] for key in others), []).append(place)
     for combination, points in curves.items():
         x, y = zip(*sorted(points), strict=True)
-        axes.plot(x, y, "o-", markersize=4, label=", ".join(map(value_text, combination)))
+        axes.plot(x, y, "o-", markersize=4, label=", ".join(map(_brief, combination)))
     _name_words(axes, ticks, "x")
 
 
@@ -91,9 +93,9 @@ def _map(
             found[ticks[1].index(row[keys[1]]), ticks[0].index(row[keys[0]])] = row[column]
     image = axes.imshow(found, origin="lower", aspect="auto", cmap="viridis")
     for name, key, listed in (("x", keys[0], ticks[0]), ("y", keys[1], ticks[1])):
-        every = max(1, len(listed) // 8)
+        every = -(-len(listed) // MOST_TICKS)
         axes.set(**{f"{name}label": key, f"{name}ticks": range(0, len(listed), every)})
-        axes.set(**{f"{name}ticklabels": [value_text(value) for value in listed[::every]]})
+        axes.set(**{f"{name}ticklabels": [_brief(value) for value in listed[::every]]})
     figure.colorbar(image, ax=axes)
 
 
@@ -104,7 +106,11 @@ def _place(value: Any, ticks: list[Any]) -> float:
 
 def _name_words(axes: Axes, ticks: list[Any], name: str) -> None:
     if not _numbers(ticks):
-        axes.set(**{f"{name}ticks": range(len(ticks)), f"{name}ticklabels": [value_text(value) for value in ticks]})
+        axes.set(**{f"{name}ticks": range(len(ticks)), f"{name}ticklabels": [_brief(value) for value in ticks]})
+
+
+def _brief(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else value_text(value)
 
 
 def _numbers(values: list[Any]) -> bool:
