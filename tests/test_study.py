@@ -154,3 +154,9 @@ def test_studies_of_the_documentation_are_valid(tmp_path: Path) -> None:
     for text in texts:
         (tmp_path / "study.yaml").write_text(text)
         assert len(read_study(tmp_path / "study.yaml").variants) > 1
+
+
+def test_workflow_comes_with_the_program(poro: Poro) -> None:
+    ended = poro("sweep", "--workflow-path")
+    assert ended.code == ExitCode.OK
+    assert "rule case:" in Path(ended.out.strip()).read_text(encoding="utf-8")
