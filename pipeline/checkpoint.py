@@ -36,17 +36,7 @@ class Keeper:
     def __init__(self, job: Job, start: Checkpoint | None) -> None:
         self.job = job
         self.last = start
-        resolved = plain(job.case)
-        self.header = Header(
-            stage=STAGE,
-            stage_version=stages.optimize.VERSION,
-            content_key=checkpoint_key(resolved, stages.optimize.VERSION),
-            identity="",
-            upstream_keys=(),
-            upstream_identity="",
-            case_text=job.case_text,
-            case_resolved=resolved,
-        )
+        self.header = path_header(job, STAGE)
 
     def observe(self, event: Event) -> None:
         """Store the checkpoint of a design update.
@@ -58,6 +48,21 @@ class Keeper:
             reached = Checkpoint(int(event.record["update"]), event.checkpoint())
             artifact.write(self.job.files.checkpoint, self.header, datasets(reached))
             self.last = reached
+
+
+def path_header(job: Job, stage: str) -> Header:
+    """Header of a file that an optimisation under way leaves; its key is that of the path it takes."""
+    resolved = plain(job.case)
+    return Header(
+        stage=stage,
+        stage_version=stages.optimize.VERSION,
+        content_key=checkpoint_key(resolved, stages.optimize.VERSION),
+        identity="",
+        upstream_keys=(),
+        upstream_identity="",
+        case_text=job.case_text,
+        case_resolved=resolved,
+    )
 
 
 def datasets(checkpoint: Checkpoint) -> dict[str, Dataset]:

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pipeline import cli_fit, cli_measured, cli_report
+from pipeline import cli_fit, cli_measured, cli_report, cli_study, completion
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.stage_names import STAGES, Stage
 
@@ -39,7 +39,12 @@ class Format(StrEnum):
     THREE_MF = "3mf"
 
 
-Source = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).")]
+Source = Annotated[
+    Path,
+    typer.Argument(
+        metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).", autocompletion=completion.cases
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -117,11 +122,11 @@ def run(
     job = commands.open_job(case, output, updates=updates, threads=threads)
     steps = commands.plan(job, first=first, last=last, forced=(first or STAGES[0]) if force else None)
     if dry_run:
-        typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=explain))
+        typer.echo(commands.steps_json(steps, "run") if as_json else commands.steps_text(steps, reasons=explain))
         return
     if explain:
         typer.echo(commands.steps_text(steps, reasons=True), err=True)
-    typer.echo(commands.perform(job, steps, fresh=fresh, as_json=as_json))
+    typer.echo(commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
 
 
 @app.command()
@@ -130,7 +135,7 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     from pipeline import commands
 
     steps = commands.status(commands.open_job(case, output))
-    typer.echo(commands.steps_json(steps) if as_json else commands.steps_text(steps, reasons=True))
+    typer.echo(commands.steps_json(steps, "status") if as_json else commands.steps_text(steps, reasons=True))
 
 
 @app.command()
@@ -151,7 +156,7 @@ def simulate(
 
     job = commands.open_job(case, output, max_load=max_load, youngs=youngs, scale=scale, threads=threads)
     steps = simulating.plan(job, forced=force)
-    typer.echo(commands.perform(job, steps, fresh=False, as_json=as_json))
+    typer.echo(commands.perform(job, steps, command="simulate", fresh=False, as_json=as_json))
     simulating.refuse_unfinished(job)
 
 
@@ -167,11 +172,12 @@ def plot(
     case: Source,
     format: Annotated[Picture, typer.Option("--format", help="Of histories and section; views are PNG.")] = Picture.PNG,
     output: Output = None,
+    as_json: Json = False,
 ) -> None:
     """Draw an optimised design: histories, section with pressure, and views."""
     from pipeline import commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format))
+    typer.echo(commands.plot(commands.open_job(case, output), format, as_json=as_json))
 
 
 class Direction(StrEnum):
@@ -221,7 +227,7 @@ def check(
 
     options = {"direction": direction, "on_platform": flat, "axis": axis, "wall": wall, "gap": gap, "angle": angle}
     report = examine(part, options | {"drain": drain, "density": density, "pitch": pitch})
-    typer.echo(report.as_json() if as_json else report.as_text())
+    typer.echo(report.as_json(stored=save) if as_json else report.as_text())
     if save:
         report.write()
     report.refuse()
@@ -267,12 +273,16 @@ class Colour(StrEnum):
 
 @app.command()
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).")],
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts),
+    ],
     target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
     colour: Annotated[
         Colour | None, typer.Option("--colour", help="Write the printed shape with this field as colour: .glb or .ply.")
     ] = None,
     deformed: Annotated[bool, typer.Option("--deformed", help="With --colour: under pressure.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour."""
     if colour:
@@ -285,6 +295,10 @@ def convert(
         from pipeline.conversion import convert as convert_artifact
 
         convert_artifact(source, target)
+    if as_json:
+        from pipeline.result_json import result_json
+
+        typer.echo(result_json("convert", {"source": str(source)}, [target]))
 
 
 app.command()(cli_fit.fit)
@@ -300,6 +314,9 @@ def schema() -> None:
     typer.echo(case_schema())
 
 
+cli_study.register(app)
+
+
 def _until(
     stage: str, source: Path, output: Path | None, force: bool, as_json: bool, *, fresh: bool = False, **changes: Any
 ) -> None:
@@ -308,7 +325,7 @@ def _until(
 
     job = commands.open_job(source, output, **changes)
     steps = commands.plan(job, last=stage, forced=stage if force else None)
-    typer.echo(commands.perform(job, steps, fresh=fresh, as_json=as_json))
+    typer.echo(commands.perform(job, steps, command=stage, fresh=fresh, as_json=as_json))
 
 
 def _show_version(wanted: bool) -> None:

@@ -17,14 +17,19 @@ def report(
             "--output", "-o", help="Folder of the report. Default: outputs/ if there is one, else here; beside an .h5."
         ),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
     """Write everything there is about an optimised case into one HTML file."""
     from pipeline import commands
     from pipeline.report import write_report  # loads drawing libraries
+    from pipeline.result_json import result_json
 
     # What belongs to an artifact lies beside it, wherever the report goes.
     job = commands.open_job(case, None if case.suffix == ".h5" else output)
     folder = output or job.files.folder
     commands.make_folder(folder)
     path, problems = write_report(job, folder, check=check)
-    typer.echo("\n".join([str(path), *problems]))
+    if as_json:
+        typer.echo(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+    else:
+        typer.echo("\n".join([str(path), *problems]))

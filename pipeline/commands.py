@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.job import Job
 from pipeline.plan import Step, plan, status
 from pipeline.progress import Reporter, reporting
+from pipeline.result_json import result_json
 
 __all__ = ["make_folder", "open_job", "perform", "plan", "plot", "status", "steps_json", "steps_text"]
 
@@ -33,16 +33,16 @@ def steps_text(steps: list[Step], *, reasons: bool) -> str:
     return "\n".join(lines)
 
 
-def steps_json(steps: list[Step]) -> str:
-    """A plan as JSON."""
+def steps_json(steps: list[Step], command: str) -> str:
+    """A plan as JSON; its files are those that are up to date."""
     found = [
         {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons, "path": str(step.path)}
         for step in steps
     ]
-    return json.dumps(found, indent=2)
+    return result_json(command, {"steps": found}, [step.path for step in steps if not step.runs])
 
 
-def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
+def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: bool) -> str:
     """Run the steps and draw the part if it is one of them; returns the summary, as text or as JSON.
 
     Raises:
@@ -71,12 +71,12 @@ def perform(job: Job, steps: list[Step], *, fresh: bool, as_json: bool) -> str:
             raise unexpected(error, job.files.log) from error
     files = [str(path) for path in _files(job, steps) if path.exists()]
     if as_json:
-        return json.dumps(summary.as_json(execution, files), indent=2)
+        return result_json(command, summary.as_json(execution), files)
     return summary.as_text(execution, files)
 
 
-def plot(job: Job, format: str) -> str:
-    """Draw the optimised design of a job as it is; returns the names of the files.
+def plot(job: Job, format: str, *, as_json: bool) -> str:
+    """Draw the optimised design of a job as it is; returns the names of the files, as text or as JSON.
 
     Raises:
         Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), or the folder cannot be made (USAGE).
@@ -88,6 +88,8 @@ def plot(job: Job, format: str) -> str:
     design = read_design(job.artifact("optimize"))
     make_folder(job.files.folder)
     files, problems = plot_design(design, job.files.folder, format, job.simulation)
+    if as_json:
+        return result_json("plot", {"name": job.case.name, "problems": problems}, files)
     return "\n".join([*map(str, files), *problems])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,11 @@ from pydantic import ValidationError
 
 from actuator.failure import Failure
 from pipeline import artifact, contents
-from pipeline.artifact import program_version
 from pipeline.atomic import replacing, write_bytes
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.job import Job
 from pipeline.measurement import Measurement
+from pipeline.result_json import result_json
 from pipeline.simulation import read_simulation
 from stages import compare
 from stages.rig import scaled
@@ -89,19 +88,14 @@ class Comparison:
         write_bytes(table, self.as_csv().encode())
 
     def as_json(self, format: str) -> str:
-        """Everything but the curves, for other programs."""
-        return json.dumps(self.report(format), indent=2, ensure_ascii=False, allow_nan=False)
-
-    def report(self, format: str) -> dict[str, Any]:
-        """What ``NAME.compare.json`` holds."""
+        """Everything but the curves, for other programs; what ``NAME.compare.json`` holds."""
         case, result, measured = self.job.case, self.result, self.measurement
         target = result.target
-        return {
+        found = {
             "name": case.name,
             "measured": str(measured.path),
             "sha256": self.sha256,
             "comments": list(measured.comments),
-            "program_version": program_version(),
             "scale": case.export.scale,
             "youngs_modulus": case.rig.youngs_modulus,
             "settings": self.settings.model_dump(mode="json"),
@@ -129,8 +123,8 @@ class Comparison:
             "linearity": {"measured": _plain(result.linearity), "predicted": _plain(result.predicted_linearity)},
             "stiffness": _plain(result.stiffness),
             "notes": [*self.source.notes, *result.notes],
-            "files": [str(file) for file in self.files(format)],
         }
+        return result_json("compare", found, self.files(format))
 
     def as_csv(self) -> str:
         """The averaged curves; cells of what is not known are empty."""

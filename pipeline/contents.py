@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pipeline import artifact, vtkhdf
 from pipeline.artifact import Dataset
+from pipeline.updates import FIELDS, Kept
 
 if TYPE_CHECKING:
     import stages.mirror
@@ -31,8 +32,13 @@ Content = tuple[dict[str, Dataset], vtkhdf.GridPaths]
 UNITS = {"T1": "mm", "T3": "mm", "theta2": "rad", "p_min": "N/mm^2", "p_max": "N/mm^2", "seconds": "s"}
 
 
-def of_optimize(result: stages.optimize.Result) -> Content:
-    """Design, state and history."""
+def of_optimize(result: stages.optimize.Result, kept: Kept | None = None) -> Content:
+    """Design, state and history.
+
+    Args:
+        result: of the optimisation.
+        kept: fields of the design updates that VTK readers shall find as time steps.
+    """
     from scipy.special import expit  # slow to load: only where there is a design to store
 
     domain = result.domain
@@ -63,7 +69,39 @@ def of_optimize(result: stages.optimize.Result) -> Content:
         vtkhdf.QUADRATIC_HEXAHEDRON,
         {name: f"/nodes/{name}" for name in names},
     )
-    return datasets, grid
+    if not kept:
+        return datasets, grid
+    series = vtkhdf.GridPaths(
+        "/nodes/points",
+        "/updates/connectivity",
+        vtkhdf.HEXAHEDRON,
+        {name: f"/updates/{name}" for name in names},
+        times=tuple(map(float, kept)),
+        n_points=len(domain.points),
+    )
+    return datasets | _updates(domain, kept), replace(grid, series=series)
+
+
+def _updates(domain: HalfCylinder, kept: Kept) -> dict[str, Dataset]:
+    """Fields of the vertices, one update after the other, as VTK reads them."""
+    from scipy.special import expit  # as in of_optimize
+
+    flat = {name: np.concatenate([fields[name] for fields in kept.values()]) for name in FIELDS}
+    meanings = FIELDS | {"density": ("1", "density rho = 1 / (1 + exp(-chi)), Eq. (1), at the vertices")}
+    flat["density"] = expit(flat["chi"])
+    return {
+        "updates/number": Dataset(np.array(list(kept), dtype=np.int64), "1", "numbers of the design updates kept"),
+        "updates/connectivity": _corners(domain),
+        **{
+            f"updates/{name}": Dataset(values, meanings[name][0], f"{meanings[name][1]}, one update after the other")
+            for name, values in flat.items()
+        },
+    }
+
+
+def _corners(domain: HalfCylinder) -> Dataset:
+    cells = domain.cells[:, vtkhdf.vtk_order()[:8]].astype(np.int64)
+    return Dataset(cells.ravel(), "1", "vertices of the cells, 8 each, in VTK's order")
 
 
 def of_refine(result: stages.refine.Result) -> Content:
@@ -73,9 +111,7 @@ def of_refine(result: stages.refine.Result) -> Content:
     domain = result.domain
     datasets = {
         "vertices/points": Dataset(domain.points, "mm", "vertices of the finer mesh"),
-        "vertices/connectivity": Dataset(
-            domain.cells[:, vtkhdf.vtk_order()[:8]].astype(np.int64).ravel(), "1", "vertices of the cells, VTK's order"
-        ),
+        "vertices/connectivity": _corners(domain),
         "vertices/chi": Dataset(result.chi, "1", "filtered design field at the vertices"),
         "vertices/density": Dataset(expit(result.chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
         **_domain(domain),

@@ -17,7 +17,7 @@ import stages.optimize
 import stages.refine
 import stages.simulate
 from actuator import failure
-from pipeline import artifact, atomic, checkpoint, contents, vtkhdf
+from pipeline import artifact, atomic, checkpoint, contents, updates, vtkhdf
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.job import Job
@@ -100,6 +100,7 @@ class Execution:
                 vtkhdf.write_sidecar(step.path, name)
         if step.stage == "optimize":
             self.job.files.checkpoint.unlink(missing_ok=True)
+            updates.clear(self.job)
         self._identity = header.identity
         self.summaries[step.stage] = contents.summary(step.path, step.stage)
 
@@ -110,10 +111,11 @@ class Execution:
             start, remark = checkpoint.find(self.job, finished="forced" not in step.reasons)
             if remark:
                 self.reporter.say(f"  {remark}")
-        keeper = checkpoint.Keeper(self.job, start)
+        keeper, history = checkpoint.Keeper(self.job, start), updates.UpdateKeeper(self.job, start)
 
         def observe(event: Any) -> None:
             # Stored before it is shown: what the user has seen is not lost.
+            history.observe(event)
             keeper.observe(event)
             self.reporter.observe(event)
 
@@ -124,7 +126,7 @@ class Execution:
         except KeyboardInterrupt:
             raise Fault(ExitCode.INTERRUPTED, f"Interrupted {_where_to_resume(keeper.last)}.") from None
         self.reporter.say(f"  {result.reason}")
-        datasets, grid = contents.of_optimize(result)
+        datasets, grid = contents.of_optimize(result, history.collect(result))
         last = checkpoint.Checkpoint(result.summary["updates"], result.checkpoint)
         return dict(result.summary), datasets | checkpoint.datasets(last), grid
 

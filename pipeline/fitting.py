@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from pydantic import ValidationError
 
 from pipeline.atomic import replacing
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.result_json import result_json
 from pipeline.uniaxial_test import read_uniaxial_test
 from stages import fit
 
@@ -77,9 +77,8 @@ class Report:
                 for each in result.fits
             ],
             "left_out": result.left_out,
-            "files": [str(self.plot)] if self.plot else [],
         }
-        return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+        return result_json("fit", found, [self.plot] if self.plot else [])
 
 
 def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: bool) -> Report:

@@ -69,6 +69,11 @@ class Files:
         """State of an optimisation under way."""
         return self.folder / f"{self.name}.checkpoint.h5"
 
+    @property
+    def updates(self) -> Path:
+        """Folder with the fields of the design updates of an optimisation under way."""
+        return self.folder / f"{self.name}.updates"
+
 
 @dataclass(frozen=True)
 class Job:
@@ -157,9 +162,14 @@ def open_job(argument: Path, output: Path | None = None, changes: Changes | None
         default = argument.parent
     else:
         case, text = read_case(find_case(argument))
-        default = Path("outputs") if Path("outputs").is_dir() else Path()
+        default = default_folder()
     own_export = case.export
     case = changes.applied(case) if changes else case
     tag = f".scale-{case.export.scale:g}" if changes and changes.scale is not None else ""
     files = Files(output or default, case.name, f"{case.name}{tag}.{case.export.format}")
     return Job(argument, case, text, own_export, files, given)
+
+
+def default_folder() -> Path:
+    """Where results go unless a command says otherwise: ``outputs`` if there is one here, else here."""
+    return Path("outputs") if Path("outputs").is_dir() else Path()

@@ -11,6 +11,9 @@ from pydantic import BaseModel
 
 import stages.optimize
 
+#: Keys of ``optimizer`` that say what is kept beside the result, not what the result is.
+RECORDED_ONLY = ("keep_updates",)
+
 
 def content_key(stage: str, version: int, settings: Mapping[str, Any], upstream: Sequence[str] = ()) -> str:
     """sha256 of the stage's name, version, settings in canonical JSON, and the keys of what it works on."""
@@ -28,7 +31,8 @@ def plain(settings: BaseModel) -> dict[str, Any]:
 def stage_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     """The part of a resolved case that a stage sees."""
     if stage == "optimize":
-        return {key: resolved[key] for key in stages.optimize.Settings.model_fields if key in resolved}
+        seen = {key: resolved[key] for key in stages.optimize.Settings.model_fields if key in resolved}
+        return seen | {"optimizer": _without(seen.get("optimizer", {}), *RECORDED_ONLY)}
     if stage == "simulate":  # the thresholded field is made from the other two sections
         return {key: resolved.get(key, {}) for key in ("simulate", "refine", "mirror")}
     settings: dict[str, Any] = resolved.get(stage, {})
@@ -43,8 +47,12 @@ def checkpoint_key(resolved: Mapping[str, Any], version: int) -> str:
         version: of the stage ``optimize``.
     """
     path = stage_settings(resolved, "optimize")
-    path["optimizer"] = {key: value for key, value in path["optimizer"].items() if key != "max_updates"}
+    path["optimizer"] = _without(path["optimizer"], "max_updates")
     return content_key("checkpoint", version, path)
+
+
+def _without(section: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {key: value for key, value in section.items() if key not in names}
 
 
 def changes(stage: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:

@@ -69,15 +69,15 @@ class PlainDisplay:
 class LiveDisplay(PlainDisplay):
     """Lines above a bar on a terminal."""
 
-    def __init__(self, console: Console, bars: Progress) -> None:
+    def __init__(self, console: Console, bars: Progress, counted: str) -> None:
         super().__init__(console)
-        self.bars = bars
+        self.bars, self.counted = bars, counted
         self.task: TaskID | None = None
 
     def progress(self, done: float, limit: int, left: str) -> None:
         """Move the bar."""
         if self.task is None:
-            self.task = self.bars.add_task("design updates", total=limit, left=left)
+            self.task = self.bars.add_task(self.counted, total=limit, left=left)
         finished = done >= limit
         self.bars.update(self.task, completed=done, total=limit, left=left, visible=not finished)
 
@@ -122,8 +122,8 @@ class Reporter:
 
 
 @contextmanager
-def reporting(log_path: Path) -> Iterator[Reporter]:
-    """A reporter on standard error that appends to a log.
+def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Reporter]:
+    """A reporter on standard error that appends to a log; ``counted`` is what the bar counts.
 
     Raises:
         OSError: if the log cannot be written.
@@ -144,7 +144,7 @@ def reporting(log_path: Path) -> Iterator[Reporter]:
                 TextColumn("{task.fields[left]}"),
             )
             with Progress(*columns, console=console, transient=True) as bars:
-                yield Reporter(LiveDisplay(console, bars), log)
+                yield Reporter(LiveDisplay(console, bars, counted), log)
         else:
             yield Reporter(PlainDisplay(console), log)
     finally:

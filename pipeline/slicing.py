@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from pydantic import ValidationError
 from actuator.failure import Failure, NotManifold
 from pipeline.atomic import replacing, write_bytes
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.result_json import result_json
 from pipeline.solid_file import read_solid
 from stages import slices
 from stages.events import Message
@@ -189,4 +189,6 @@ def slices_text(found: list[dict[str, Any]]) -> str:
 
 def as_json(found: dict[str, Any] | list[dict[str, Any]]) -> str:
     """The figures for programs."""
-    return json.dumps(found, indent=2, allow_nan=False)
+    if isinstance(found, list):
+        return result_json("slice", {"slices": found}, [entry["file"] for entry in found])
+    return result_json("slice", found, found["files"])

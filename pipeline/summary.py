@@ -10,15 +10,15 @@ from pipeline import simulation_text
 from pipeline.execution import Execution
 
 
-def as_json(execution: Execution, files: list[str]) -> dict[str, Any]:
-    """What ``--json`` prints: the optimisation's summary, then one entry per later stage, files and times."""
+def as_json(execution: Execution) -> dict[str, Any]:
+    """What ``--json`` prints: the optimisation's summary, then one entry per later stage, and times."""
     stages = dict(execution.summaries)
     rig = {"rig": execution.rig} if execution.rig else {}
     seconds = {stage: summary["stage_seconds"] for stage, summary in stages.items()}
     for stage, summary in stages.items():
         stages[stage] = {key: value for key, value in summary.items() if key not in ("stage_seconds", "peak_memory")}
     found = {"name": execution.job.case.name, **stages.pop("optimize", {})}
-    return found | stages | rig | {"files": files, "stage_seconds": seconds, "peak_memory": _peak_memory(execution)}
+    return found | stages | rig | {"stage_seconds": seconds, "peak_memory": _peak_memory(execution)}
 
 
 def as_text(execution: Execution, files: list[str]) -> str:

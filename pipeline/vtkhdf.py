@@ -22,7 +22,8 @@ if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, sci
 
     from actuator.domain import HalfCylinder
 
-GROUP = "VTKHDF"
+#: The grid of a file, and its series: the design updates of an optimisation.
+GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
 
 #: VTK's cell types (vtkCellType.h).
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
@@ -62,6 +63,8 @@ class GridPaths:
     Attributes:
         times: one for each time step; a field with one value per point and step holds the steps one after the other,
             a field with one value per point does not change.
+        n_points: how many of the points, the first ones, belong to the grid; all of them if None.
+        series: another grid that sidecars show instead of this one.
         others: more grids of the same file by name, each with a group and a sidecar of its own.
     """
 
@@ -70,6 +73,8 @@ class GridPaths:
     cell_type: int
     fields: Mapping[str, str]
     times: tuple[float, ...] = (0.0,)
+    n_points: int | None = None
+    series: GridPaths | None = None
     others: Mapping[str, GridPaths] = field(default_factory=dict)
 
 
@@ -90,6 +95,8 @@ def write(file: h5py.File, grid: GridPaths) -> None:
     """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
     for name, other in grid.others.items():
         _write(file, other, f"{name}/{GROUP}")
+    if grid.series:
+        _write(file, grid.series, SERIES)
     _write(file, grid, GROUP)
 
 
@@ -99,7 +106,8 @@ def _write(file: h5py.File, grid: GridPaths, name: str) -> None:
     group = file.create_group(name)
     group.attrs["Version"] = np.array([2, 0], dtype=np.int64)
     group.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
-    n_points, n_ids = len(file[grid.points]), len(file[grid.connectivity])
+    n_points = len(file[grid.points]) if grid.n_points is None else grid.n_points
+    n_ids = len(file[grid.connectivity])
     n_cells = n_ids // CELL_NODES[grid.cell_type]
     group["Points"] = h5py.SoftLink(grid.points)
     group["Connectivity"] = h5py.SoftLink(grid.connectivity)
@@ -146,7 +154,7 @@ def read(file: h5py.File) -> Grid:
 def write_sidecar(artifact: Path, other: str = "") -> Path:
     """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
 
-    ParaView gives the ending ``.h5`` to another reader.
+    ParaView gives the ending ``.h5`` to another reader. The file shows the series if the artifact has one.
 
     Args:
         other: name of one of the file's other grids, which becomes part of the sidecar's name.
@@ -157,6 +165,8 @@ def write_sidecar(artifact: Path, other: str = "") -> Path:
     import h5py
 
     sidecar = artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")
+    with h5py.File(artifact, "r") as written:
+        shown = f"{other}/{GROUP}" if other else SERIES if SERIES in written else GROUP
     with replacing_hdf5(sidecar) as file:
-        file[GROUP] = h5py.ExternalLink(artifact.name, f"/{other}/{GROUP}" if other else f"/{GROUP}")
+        file[GROUP] = h5py.ExternalLink(artifact.name, f"/{shown}")
     return sidecar

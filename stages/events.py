@@ -24,11 +24,14 @@ class DesignUpdate:
             ``seconds`` and further solver counts.
         updates_limit: most updates this run will make, for an estimate of the time left.
         checkpoint: everything needed to continue from here, as named arrays (and 0-d arrays).
+        fields: the design and its state at the vertices: ``chi`` (n_vertices,), dimensionless, ``pressure``
+            (n_vertices,), N/mm², and ``displacement`` (n_vertices, 3), mm.
     """
 
     record: Mapping[str, float]
     updates_limit: int
     checkpoint: Callable[[], dict[str, Any]]
+    fields: Callable[[], dict[str, Any]]
 
 
 @dataclass(frozen=True)

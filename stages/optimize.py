@@ -16,7 +16,7 @@ from stages.settings import ProblemSettings, Section
 if TYPE_CHECKING:
     from actuator.domain import Floats, HalfCylinder
     from actuator.optimiser.loop import Outcome, Progress
-    from actuator.reduced import ReducedObjective
+    from actuator.reduced import Evaluation, ReducedObjective
 
 VERSION = 4
 
@@ -30,6 +30,9 @@ class OptimizerSettings(Section):
     adjoint_tolerance: float = Field(1.0e-10, gt=0, lt=1, description="relative residual of the adjoint [-]")
     max_products: int = Field(60, ge=1, description="most Hessian products of the model per design update [-]")
     first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
+    keep_updates: int = Field(
+        1, ge=0, description="keep the fields of every n-th design update for ParaView; 0 keeps the last only [-]"
+    )
 
 
 class Settings(ProblemSettings):
@@ -127,8 +130,8 @@ def run(
     )
 
     def report(progress: Progress) -> None:
-        checkpoint = partial(optimiser.checkpoint, progress)
-        observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint))
+        checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation)
+        observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
         start = initial_design(domain.points, domain.radius, limits.interface_width)
@@ -139,6 +142,12 @@ def run(
     report(progress)
     outcome = optimiser.run(progress, optimizer.max_updates, report)
     return _result(domain, objective, outcome, optimiser.checkpoint(progress))
+
+
+def _fields(at: Evaluation) -> dict[str, Floats]:
+    """Design and state at the vertices, which are the first of the nodes."""
+    n_vertices = len(at.chi)
+    return {"chi": at.chi, "pressure": at.state.p, "displacement": at.state.displacement[:n_vertices]}
 
 
 def _result(

@@ -15,6 +15,7 @@ from pipeline.exit_codes import ExitCode
 
 ROOT = Path(__file__).parent.parent
 COMMANDS = ["optimize", "refine", "mirror", "export", "run", "status", "plot", "check", "slice", "convert", "schema"]
+COMMANDS += ["new", "sweep"]
 
 
 def test_help_names_the_commands_and_the_exit_codes(poro: Poro) -> None:

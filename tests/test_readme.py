@@ -40,6 +40,8 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     (tmp_path / "case14.yaml").write_text(
         tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
     )
+    (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
+    (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
     called = commands()
     assert len(called) > 10
     for words in called:
@@ -50,7 +52,8 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     found = {path.name for path in (tmp_path / "outputs").iterdir()}
     promised = {name.replace("NAME", "case14") for row in table("file") for name in re.findall(r"`(NAME[^`]*)`", row)}
     # The optimisation has ended, so that nothing of one under way is left.
-    assert promised - found == {"case14.checkpoint.h5"}
+    assert promised - found == {"case14.checkpoint.h5", "case14.updates"}
+    assert {f"study.sweep.{ending}" for ending in ("csv", "md", "png", "log")} <= found
     assert (tmp_path / "case14.vtu").exists()
     assert (tmp_path / "case14.glb").exists()
 

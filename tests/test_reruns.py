@@ -20,7 +20,7 @@ def _plan(poro: Poro, *options: object) -> dict[str, list[str]]:
     """Reasons of every stage, none if it is up to date."""
     ended = poro("run", "tiny.yaml", "--output", ".", "--dry-run", "--json", *options)
     assert ended.code == ExitCode.OK, ended.err
-    return {step["stage"]: step["reasons"] for step in json.loads(ended.out)}
+    return {step["stage"]: step["reasons"] for step in json.loads(ended.out)["steps"]}
 
 
 def _runs(poro: Poro, *options: object) -> list[str]:

@@ -203,7 +203,7 @@ def test_svg_is_the_slice_to_scale(part: Path, poro: Poro) -> None:
     """The tube lies on its side: slices are one rectangle, or two beside its hole."""
     ended = poro("slice", part, "--direction", "x", "--number", 50, "--number", 10, "--height", 9.5, "--json")
     assert ended.code == 0, ended.err
-    found = json.loads(ended.out)
+    found = json.loads(ended.out)["slices"]
     assert [entry["outlines"] for entry in found] == [2, 1, 1]
     assert [Path(entry["file"]).name for entry in found] == [
         f"tube.{n}.svg" for n in ("layer-50", "layer-10", "height-9.5")
@@ -234,7 +234,7 @@ def test_svg_is_the_slice_to_scale(part: Path, poro: Poro) -> None:
 def test_png_is_a_mask_of_the_slice(pixel: float, part: Path, poro: Poro) -> None:
     ended = poro("slice", part, "--number", 7, "--format", "png", "--pixel", pixel, "--json")
     assert ended.code == 0, ended.err
-    (entry,) = json.loads(ended.out)
+    (entry,) = json.loads(ended.out)["slices"]
     with Image.open(entry["file"]) as picture:
         assert picture.mode == "1"
         assert picture.size == (10.0 / pixel, 10.0 / pixel)

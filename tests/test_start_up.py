@@ -45,10 +45,17 @@ def test_help_loads_neither_settings_nor_numerics(arguments: list[str], tmp_path
 
 @pytest.mark.parametrize(
     "arguments",
-    [["run", "tiny.yaml", "--dry-run"], ["run", "tiny.yaml", "--dry-run", "--explain"], ["status", "tiny.yaml"]],
+    [
+        ["run", "tiny.yaml", "--dry-run"],
+        ["run", "tiny.yaml", "--dry-run", "--explain"],
+        ["status", "tiny.yaml"],
+        ["sweep", "study.yaml", "--dry-run"],
+        ["new", "mine"],
+    ],
 )
 def test_planning_loads_the_settings_but_not_the_numerics(arguments: list[str], tmp_path: Path) -> None:
     (tmp_path / "tiny.yaml").write_text(TINY)
+    (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {mirror.threshold: [0.0, 0.1]}\n")
     found = packages_of(tmp_path, *arguments)
     assert {"pydantic", "stages"} <= found
     assert not found & HEAVY
