@@ -95,6 +95,12 @@ def value_text(value: Any) -> str:
         return "null"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, BaseModel):
+        return value_text(value.model_dump())
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {value_text(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(value_text, value))}]"
     if isinstance(value, float):
         brief = f"{value:g}"
         return number_text(brief if "e" in brief and float(brief) == value else repr(value))
