@@ -7,6 +7,7 @@ import json
 import math
 import os
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,9 @@ from stages.settings import Section
 #: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".checkpoint", ".stl", ".3mf")
+
+#: Most mistakes of a file that are spelt out.
+MOST_MISTAKES = 20
 
 SHIPPED = (Path(__file__).parent / "configs", Path(__file__).parent.parent / "configs")
 
@@ -118,8 +122,10 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
     try:
         case = Case.model_validate(data, strict=True)
     except ValidationError as error:
-        found = sorted((document.line(detail["loc"]), _sentence(detail)) for detail in error.errors())
-        sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found]
+        found = sorted(((document.line(detail["loc"]), detail) for detail in error.errors()), key=itemgetter(0))
+        sentences = [f"{origin}:{line}: {_sentence(detail)}." for line, detail in found[:MOST_MISTAKES]]
+        if more := found[MOST_MISTAKES:]:
+            sentences.append(f"{origin}:{more[0][0]}: {len(more)} more mistakes follow; mend the others first.")
         raise Fault(ExitCode.USAGE, "\n".join(sentences)) from None
     for ending in RESERVED_ENDINGS:
         if case.name.endswith(ending):
@@ -194,6 +200,8 @@ def _sentence(detail: ErrorDetails) -> str:
         words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}[limits[kind]]
         limit = context[limits[kind]]
         return f"{key}: must be {words} {limit:g}, not {case_text.shown(value)}; change the value"
+    if kind == "value_error":
+        return f"{key}: {context['error']}, not {case_text.shown(value)}; change the value"
     return f"{key}: {detail['msg'][0].lower()}{detail['msg'][1:]}; see `poro schema`"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,6 +59,23 @@ class Files:
     def checkpoint(self) -> Path:
         """State of an optimisation under way."""
         return self.folder / f"{self.name}.checkpoint.h5"
+
+    @property
+    def lock(self) -> Path:
+        """Locked while a process works on the case."""
+        return self.folder / f".{self.name}.lock"
+
+    @property
+    def holder(self) -> Path:
+        """Says which process that is."""
+        return self.folder / f".{self.name}.holder"
+
+    def owns(self, name: str) -> bool:
+        """Whether a command that works on the case, and no other, writes a file of this name."""
+        artifacts = "|".join(re.escape(ending) for ending in (*SUFFIXES.values(), ".checkpoint.h5"))
+        grids = "|".join(re.escape(ending.replace(".h5", ".vtkhdf")) for ending in SUFFIXES.values())
+        parts = r"(\.scale-[^/]+)?\.(stl|3mf|stl\.h5|3mf\.h5|png|rig\.md)"
+        return re.fullmatch(f"{re.escape(self.name)}({artifacts}|{grids}|{parts})", name) is not None
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,12 @@ def write_sidecar(artifact: Path) -> Path:
     """
     import h5py
 
-    sidecar = artifact.with_suffix(".vtkhdf")
-    with replacing_hdf5(sidecar) as file:
+    path = sidecar(artifact)
+    with replacing_hdf5(path) as file:
         file["VTKHDF"] = h5py.ExternalLink(artifact.name, "/VTKHDF")
-    return sidecar
+    return path
+
+
+def sidecar(artifact: Path) -> Path:
+    """The file that ParaView opens for an artifact."""
+    return artifact.with_suffix(".vtkhdf")

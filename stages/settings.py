@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from actuator.parameters import Load, Material, Objective
 
 if TYPE_CHECKING:
     from actuator.domain import HalfCylinder
 
+#: Size of the numbers of a case file, in whatever unit.
+SMALLEST, LARGEST = 1e-20, 1e20
+
 
 class Section(BaseModel):
     """A frozen section of the case file; unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _in_range(cls, value: Any) -> Any:
+        """Refuse numbers of which a product of several would overflow or vanish."""
+        if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
+            raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
+        return value
 
 
 class DomainSettings(Section):
@@ -26,6 +37,12 @@ class DomainSettings(Section):
     core_cells: int = Field(12, ge=1, le=200, description="m, cells along a quarter of the section's core [-]")
     rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
     layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
+
+    @property
+    def cells(self) -> int:
+        """Number of cells; no mesh is built for it."""
+        domain = self.build()
+        return domain.section_cells * domain.layers
 
     def build(self) -> HalfCylinder:
         """The meshed domain."""

@@ -145,6 +145,7 @@ class DirectSolver(ABC):
         """Factorise the matrix with these values, (nnz,) in the order of ``indices``.
 
         Raises:
+            OutOfMemory: if the factors do not fit.
             SolveFailure: if the matrix is not finite, singular, too large, or not positive definite where that was
                 promised. A singular matrix that slips through is found by the check of the next solve.
         """

@@ -1,0 +1,40 @@
+"""Meshes that no memory of this machine can hold are refused before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import stages.optimize
+import stages.refine
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.job import Job
+
+
+def refuse_too_large(job: Job, running: Collection[str]) -> None:
+    """Do nothing if the machine has the memory that the stages about to run need at least.
+
+    Args:
+        job: the case and its files.
+        running: names of the stages.
+
+    Raises:
+        Fault: with the estimate (USAGE).
+    """
+    import psutil  # only where something runs
+
+    case = job.case
+    cells = case.domain.cells
+    finer = cells * case.refine.factor**3
+    needs = {
+        "optimize": (cells, stages.optimize.least_memory(cells), "domain.core_cells, domain.rings or domain.layers"),
+        "refine": (finer, stages.refine.least_memory(finer), "refine.factor"),
+        "mirror": (finer, stages.refine.least_memory(finer), "refine.factor"),
+    }
+    there = psutil.virtual_memory().total
+    for stage, (count, needed, keys) in needs.items():
+        if stage in running and needed > there:
+            raise Fault(
+                ExitCode.USAGE,
+                f"{job.argument}: '{stage}' on {count:,} cells needs at least {needed / 2**30:,.0f} GiB of memory and "
+                f"this machine has {there / 2**30:,.0f} GiB; lower {keys}.",
+            )
