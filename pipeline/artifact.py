@@ -187,6 +187,8 @@ def _opened(path: Path, stage: str = "") -> Iterator[h5py.File]:
                 raise Fault(
                     ExitCode.ARTIFACT, f"{path}: this HDF5 file is no poro artifact; give a file that poro wrote."
                 )
+            if file.userblock_size and not seal.marked(path):
+                raise ValueError("its seal is broken")
             if file.attrs["schema_version"] > SCHEMA_VERSION:
                 found = file.attrs["schema_version"]
                 raise Fault(

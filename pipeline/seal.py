@@ -12,7 +12,6 @@ from pathlib import Path
 #: Bytes of the user block, the least that HDF5 allows.
 SIZE = 512
 _MARK = b"poro artifact, HDF5 data follow at byte 512\n"
-_HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def block(data: bytes) -> bytes:
@@ -20,8 +19,18 @@ def block(data: bytes) -> bytes:
     return _block(len(data), hashlib.sha256(data).hexdigest())
 
 
+def marked(path: Path) -> bool:
+    """Whether a file begins as a sealed one; those of older versions and of other programs do not.
+
+    Raises:
+        OSError: if the file cannot be read.
+    """
+    with path.open("rb") as file:
+        return file.read(len(_MARK)) == _MARK
+
+
 def flaw(path: Path) -> str:
-    """What a file's seal finds wrong with it, in a few words; empty if nothing, or if the file never had a seal.
+    """What a file's seal finds wrong with it, in a few words; empty if nothing, or if the file has none.
 
     Raises:
         OSError: if the file cannot be read.
@@ -29,8 +38,7 @@ def flaw(path: Path) -> str:
     with path.open("rb") as file:
         found = file.read(SIZE)
         if not found.startswith(_MARK):
-            # Files of older versions have no seal, files of other programs are told apart by what they hold.
-            return "its seal is broken" if found[:8] != _HDF5 and file.read(8) == _HDF5 else ""
+            return ""
         hashed = hashlib.file_digest(file, "sha256").hexdigest()
         length = file.tell() - SIZE
     if found == _block(length, hashed):

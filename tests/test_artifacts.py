@@ -167,8 +167,6 @@ SPOILT = {
     _matlab: "no poro artifact",
     _longer: "damaged",
     _edited: "damaged",
-    _bomb: "claims to hold",
-    _no_json: "damaged",
 }
 
 
@@ -182,6 +180,17 @@ def test_unusable_artifact_gives_one_sentence_and_code_4(spoil: Callable[[Path],
         assert ended.err.startswith(f"poro: {path}: ")
         assert SPOILT[spoil] in ended.err
         assert ended.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("spoil", "part"), [(_bomb, "claims to hold"), (_no_json, "damaged")])
+def test_hostile_header_takes_no_memory_and_gives_one_sentence(
+    spoil: Callable[[Path], None], part: str, path: Path, poro: Poro
+) -> None:
+    spoil(path)
+    for command in (["refine", path], ["export", "--json", path], ["status", path]):
+        ended = poro(*command)
+        assert (ended.code, ended.out, ended.err.count("\n")) == (ExitCode.ARTIFACT, "", 1)
+        assert part in ended.err
 
 
 def test_case_inside_an_artifact_cannot_leave_the_folder(path: Path, poro: Poro) -> None:

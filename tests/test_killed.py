@@ -1,0 +1,122 @@
+"""kill -9 in every stage at random moments: the next run goes on, and ends where an undisturbed one does."""
+
+from __future__ import annotations
+
+import json
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from command_line import PROGRAM, TINY, environment
+
+from pipeline.exit_codes import ExitCode
+from pipeline.job import SUFFIXES
+from pipeline.stage_names import STAGES
+
+CASE = TINY.replace("max_updates: 1", "max_updates: 3")
+#: What each stage leaves, for it to be taken away so that the stage runs again.
+MADE = {stage: f"tiny{ending}" for stage, ending in SUFFIXES.items()} | {"export": "tiny.stl.h5"}
+
+
+def run(folder: Path) -> subprocess.Popen[str]:
+    command = [*PROGRAM, "run", "tiny.yaml", "--output", ".", "--threads", "1"]
+    return subprocess.Popen(
+        command, cwd=folder, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+
+
+def finish(folder: Path) -> str:
+    """Run to the end; returns what was said."""
+    process = run(folder)
+    said = process.communicate(timeout=600)[1]
+    assert process.returncode == ExitCode.OK, said
+    return said
+
+
+def kill_in(stage: str, after: float, folder: Path) -> bool:
+    """Run, and kill the process some seconds after the stage has begun; returns whether it was still running."""
+    process = run(folder)
+    assert process.stderr
+    for line in process.stderr:
+        if line.startswith(f"{stage}: "):
+            break
+    time.sleep(after)
+    process.kill()
+    process.communicate()
+    return process.returncode < 0
+
+
+def datasets(path: Path) -> dict[str, Any]:
+    """All of a file but times, memory and the solver's work, which a resumed run may have more of."""
+    found: dict[str, Any] = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, entry: found.update({name: entry[()]} if isinstance(entry, h5py.Dataset) else {}))
+    return {name: value for name, value in found.items() if not name.startswith(("history/", "checkpoint/", "report/"))}
+
+
+def check_killed(whole: Path, folder: Path, kills: int, seed: int) -> None:
+    """Kill a number of runs, each stage in turn, and compare what the last one leaves with an undisturbed run."""
+    (folder / "tiny.yaml").write_text(CASE)
+    dice = random.Random(seed)
+    with h5py.File(whole / "tiny.h5") as file:
+        optimize_seconds = json.loads(file["report/summary"][()])["stage_seconds"]
+    hit = dict.fromkeys(STAGES, 0)
+    for number in range(kills):
+        # The stages in order: as each begins, the earlier ones are done, by this run or by the ones before.
+        stage = STAGES[number * len(STAGES) // kills]
+        (folder / MADE[stage]).unlink(missing_ok=True)
+        length = optimize_seconds if stage == "optimize" else 1.0
+        hit[stage] += kill_in(stage, dice.uniform(0.0, length), folder)
+        for path in folder.glob("tiny*.h5"):
+            datasets(path)  # whole, or HDF5 would raise
+    assert sum(hit.values()) >= kills // 2, hit
+    finish(folder)
+    assert {path.name for path in folder.iterdir()} == {path.name for path in whole.iterdir()}
+    for name in MADE.values():
+        expected, found = datasets(whole / name), datasets(folder / name)
+        assert found.keys() == expected.keys()
+        for key, value in expected.items():
+            np.testing.assert_array_equal(found[key], value, err_msg=f"{name}: {key}")
+    assert (folder / "tiny.stl").read_bytes() == (whole / "tiny.stl").read_bytes()
+    assert "up to date" in finish(folder)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the case has run undisturbed."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "tiny.yaml").write_text(CASE)
+    finish(folder)
+    return folder
+
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+def test_killed_runs_end_where_an_undisturbed_one_does(whole: Path, tmp_path: Path) -> None:
+    check_killed(whole, tmp_path, kills=4, seed=1)
+
+
+@pytest.mark.slow
+def test_twenty_killed_runs_end_where_an_undisturbed_one_does(whole: Path, tmp_path: Path) -> None:
+    check_killed(whole, tmp_path, kills=20, seed=2)
+
+
+@pytest.mark.parametrize("killed_after", ["artifact", "part"])
+def test_run_killed_between_two_files_of_a_stage_is_completed(killed_after: str, whole: Path, tmp_path: Path) -> None:
+    for path in whole.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    if killed_after == "artifact":  # before its sidecar
+        (tmp_path / "tiny.vtkhdf").unlink()
+    else:  # before the record beside it and the picture
+        (tmp_path / "tiny.stl.h5").unlink()
+        (tmp_path / "tiny.png").unlink()
+    finish(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
+    assert (tmp_path / "tiny.vtkhdf").read_bytes() == (whole / "tiny.vtkhdf").read_bytes()
