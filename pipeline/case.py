@@ -28,6 +28,9 @@ from stages.settings import Section
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".checkpoint", ".stl", ".3mf")
 
+#: Names that Windows gives to devices, whatever their ending.
+DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
+
 #: Most mistakes of a file that are spelt out.
 MOST_MISTAKES = 20
 
@@ -127,6 +130,10 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
         if more := found[MOST_MISTAKES:]:
             sentences.append(f"{origin}:{more[0][0]}: {len(more)} more mistakes follow; mend the others first.")
         raise Fault(ExitCode.USAGE, "\n".join(sentences)) from None
+    if case.name.partition(".")[0].lower() in DEVICES:
+        line = document.line(("name",))
+        sentence = f"name: '{case.name}' is a device on Windows, not a file; choose another name"
+        raise Fault(ExitCode.USAGE, f"{origin}:{line}: {sentence}.")
     for ending in RESERVED_ENDINGS:
         if case.name.endswith(ending):
             line = document.line(("name",))

@@ -35,6 +35,11 @@ def refuse_too_large(job: Job, running: Collection[str]) -> None:
         if stage in running and needed > there:
             raise Fault(
                 ExitCode.USAGE,
-                f"{job.argument}: '{stage}' on {count:,} cells needs at least {needed / 2**30:,.0f} GiB of memory and "
-                f"this machine has {there / 2**30:,.0f} GiB; lower {keys}.",
+                f"{job.argument}: '{stage}' on {count:,} cells needs at least {_size(needed)} of memory and this "
+                f"machine has {_size(there)}; lower {keys}.",
             )
+
+
+def _size(memory: float) -> str:
+    amount = memory / 2**30
+    return f"{amount:,.0f} GiB" if amount >= 10.0 else f"{amount:.2g} GiB"
