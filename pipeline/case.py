@@ -75,10 +75,14 @@ def find_case(argument: Path) -> Path:
     Raises:
         Fault: if there is none (USAGE).
     """
-    if argument.is_file():
-        return argument
-    if argument.is_dir():
-        raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
+    try:
+        if argument.is_file():
+            return argument
+        if argument.is_dir():
+            raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
+    except OSError as error:
+        sentence = f"{case_text.shown(argument)}: cannot be read ({error.strerror}); give the path of a case file."
+        raise Fault(ExitCode.USAGE, sentence) from None
     shipped = [folder / argument.name for folder in SHIPPED if (folder / argument.name).is_file()]
     if shipped and argument.parent == Path():
         return shipped[0]

@@ -107,6 +107,15 @@ class Job:
         return self.case if stage == "export" else self.case.model_copy(update={"export": self.own_export})
 
 
+def _refuse_impossible(folder: Path) -> None:
+    """Refuse a path that the system will not even look up; whether it can be made a folder shows when it is made."""
+    try:
+        folder.exists()
+    except OSError as error:
+        sentence = f"{str(folder)[:60]}…: cannot be a folder ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None
+
+
 @dataclass(frozen=True)
 class Changes:
     """What the command line says instead of the case; None where it says nothing."""
@@ -160,5 +169,6 @@ def open_job(argument: Path, output: Path | None = None, changes: Changes | None
     own_export = case.export
     case = changes.applied(case) if changes else case
     tag = f".scale-{case.export.scale:g}" if changes and changes.scale is not None else ""
+    _refuse_impossible(output or default)
     files = Files(output or default, case.name, f"{case.name}{tag}.{case.export.format}")
     return Job(argument, case, text, own_export, files, given)
