@@ -35,6 +35,10 @@ class SolveFailure(Failure):
     """A linear system could not be solved to the accuracy asked for."""
 
 
+class OutOfMemory(Failure):
+    """The memory does not suffice; a smaller step would need as much."""
+
+
 class UnreadableSolid(Failure):
     """Bytes that should hold a solid hold none."""
 

@@ -3,14 +3,43 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import h5py
+
+
+#: How temporary files are named, around the name of their target.
+_TEMPORARY = re.compile(r"\.(?P<target>.+)\.[0-9a-f]{8}\.tmp")
+
+
+@dataclass(frozen=True)
+class Temporary:
+    """A file being written, or left by a process that was killed.
+
+    Attributes:
+        path: where it lies.
+        target: name of the file that it was to become.
+    """
+
+    path: Path
+    target: str
+
+
+def temporaries(folder: Path) -> list[Temporary]:
+    """The temporary files in a folder.
+
+    Raises:
+        OSError: if the folder cannot be read.
+    """
+    found = ((path, _TEMPORARY.fullmatch(path.name)) for path in folder.iterdir())
+    return [Temporary(path, match["target"]) for path, match in found if match]
 
 
 @contextmanager
@@ -53,18 +82,24 @@ def _synchronise(path: Path) -> None:
 
 
 @contextmanager
-def replacing_hdf5(target: Path) -> Iterator[h5py.File]:
+def replacing_hdf5(target: Path, user_block: Callable[[bytes], bytes] | None = None) -> Iterator[h5py.File]:
     """Give an empty HDF5 file; when the block ends well, it takes the target's place.
 
     It is built in memory, since the HDF5 library crashes rather than fails when a disk is full.
+
+    Args:
+        target: where.
+        user_block: gives the 512 bytes to put before the HDF5 data, which are its argument; by default there are none.
 
     Raises:
         OSError: if the folder or the disk does not take the file.
     """
     import h5py  # slow to load: only where a file is made
 
-    with h5py.File(target.name, "w", driver="core", backing_store=False) as file:
+    # The image that HDF5 gives of a file with a user block begins after it.
+    size = 512 if user_block else 0
+    with h5py.File(target.name, "w", driver="core", backing_store=False, userblock_size=size) as file:
         yield file
         file.flush()
         image = file.id.get_file_image()
-    write_bytes(target, image)
+    write_bytes(target, (user_block(image) if user_block else b"") + image)

@@ -30,6 +30,12 @@ from stages.settings import Section
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 RESERVED_ENDINGS = (".refined", ".solid", ".simulation", ".compare", ".checkpoint", ".stl", ".3mf")
 
+#: Names that Windows gives to devices, whatever their ending.
+DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))}
+
+#: Most mistakes of a file that are spelt out.
+MOST_MISTAKES = 20
+
 #: The schema's name and that of its language.
 SCHEMA_ID = "urn:poro:case"
 SCHEMA_LANGUAGE = "https://json-schema.org/draft/2020-12/schema"
@@ -74,10 +80,14 @@ def find_case(argument: Path) -> Path:
     Raises:
         Fault: if there is none (USAGE).
     """
-    if argument.is_file():
-        return argument
-    if argument.is_dir():
-        raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
+    try:
+        if argument.is_file():
+            return argument
+        if argument.is_dir():
+            raise Fault(ExitCode.USAGE, f"{argument}: this is a folder; name a case file in it.")
+    except OSError as error:
+        sentence = f"{case_text.shown(argument)}: cannot be read ({error.strerror}); give the path of a case file."
+        raise Fault(ExitCode.USAGE, sentence) from None
     shipped = shipped_case(argument.name)
     if shipped and argument.parent == Path():
         return shipped
@@ -132,7 +142,10 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
     data = {"name": stem} | document.data
     if wrong := mistakes(data):
         found = sorted((document.line(path), sentence) for path, sentence in wrong)
-        raise Fault(ExitCode.USAGE, "\n".join(f"{origin}:{line}: {sentence}." for line, sentence in found))
+        sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found[:MOST_MISTAKES]]
+        if more := found[MOST_MISTAKES:]:
+            sentences.append(f"{origin}:{more[0][0]}: {len(more)} more mistakes follow; mend the others first.")
+        raise Fault(ExitCode.USAGE, "\n".join(sentences))
     return Case.model_validate(data, strict=True)
 
 
@@ -142,6 +155,8 @@ def mistakes(data: dict[str, Any]) -> list[tuple[case_text.Path, str]]:
         case = Case.model_validate(data, strict=True)
     except ValidationError as error:
         return [(_section(detail["loc"])[1], _sentence(detail)) for detail in error.errors()]
+    if case.name.partition(".")[0].lower() in DEVICES:
+        return [(("name",), f"name: '{case.name}' is a device on Windows, not a file; choose another name")]
     reserved = next((ending for ending in RESERVED_ENDINGS if case.name.endswith(ending)), None)
     return [(("name",), f"name: must not end in {reserved}; choose another name")] if reserved else []
 
@@ -231,6 +246,8 @@ def _sentence(detail: ErrorDetails) -> str:
         words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}[limits[kind]]
         limit = context[limits[kind]]
         return f"{key}: must be {words} {limit:g}, not {case_text.shown(value)}; change the value"
+    if kind == "value_error":
+        return f"{key}: {context['error']}, not {case_text.shown(value)}; change the value"
     return f"{key}: {detail['msg'][0].lower()}{detail['msg'][1:]}; see `poro schema`"
 
 

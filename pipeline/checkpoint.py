@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import stages.optimize
-from pipeline import artifact
+from pipeline import artifact, contents
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.job import Job
@@ -71,32 +71,43 @@ def datasets(checkpoint: Checkpoint) -> dict[str, Dataset]:
     return state | {"progress/updates": Dataset(checkpoint.updates, "1", "design updates made")}
 
 
-def find(job: Job, *, finished: bool) -> tuple[Checkpoint | None, str]:
-    """The farthest state from which the case's optimisation can go on, and a remark on what is not used, if any.
+def find(job: Job, *, finished: bool) -> Checkpoint | None:
+    """The farthest state from which the case's optimisation can go on; None if there is none.
 
     Args:
         job: the case and its files.
         finished: whether to look into the finished artifact as well as for an interrupted run.
 
     Raises:
-        Fault: if it has more design updates than the case allows, which a shorter run would replace (USAGE).
+        Fault: if it has more design updates than the case allows, which a shorter run would replace (USAGE), or if a
+            file that may hold one cannot be used, which any run would replace (ARTIFACT).
     """
-    remark = ""
     found: list[Checkpoint] = []
     places = [(job.files.checkpoint, STAGE)] + [(job.artifact("optimize"), "optimize")] * finished
     for path, stage in places:
         try:
             checkpoint = _read(job, path, stage)
         except Fault as fault:
-            remark = f"a checkpoint is not used: {fault}"
-            continue
+            raise Fault(fault.code, f"{str(fault).removesuffix('.')}, or start over with --fresh.") from None
         if checkpoint:
             _refuse_longer(path, checkpoint.updates, job.case.optimizer.max_updates)
             found.append(checkpoint)
-    if not found:
-        return None, remark
-    last = max(found, key=lambda checkpoint: checkpoint.updates)
-    return last, ""
+    return max(found, key=lambda checkpoint: checkpoint.updates, default=None)
+
+
+def remove_reached(job: Job) -> None:
+    """Remove what an interrupted run left, if the finished artifact of the same path is as far or farther.
+
+    Raises:
+        Fault: if the finished artifact cannot be read (ARTIFACT).
+    """
+    try:
+        left = _read(job, job.files.checkpoint, STAGE)
+    except Fault:  # for the user to look at, not to lose
+        return
+    reached = _read(job, job.artifact("optimize"), "optimize") if left else None
+    if left and reached and left.updates <= reached.updates:
+        job.files.checkpoint.unlink(missing_ok=True)
 
 
 def _refuse_longer(path: Path, updates: int, allowed: int) -> None:
@@ -117,4 +128,9 @@ def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
     if checkpoint_key(header.case_resolved, header.stage_version) != key:
         return None
     updates = int(artifact.read(path, stage, "progress/updates")[0])
-    return Checkpoint(updates, artifact.read_group(path, stage, "checkpoint"))
+    state = artifact.read_group(path, stage, "checkpoint")
+    for name, value in state.items():
+        # Of the columns of the history some may be unknown.
+        if not name.startswith("history."):
+            contents.refuse_not_finite(path, f"checkpoint/{name}", value)
+    return Checkpoint(updates, state)

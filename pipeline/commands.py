@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from pipeline import artifact, memory, rig_sheet, simulating, summary
 from pipeline import job as jobs
-from pipeline import rig_sheet, simulating, summary
 from pipeline.artifact import program_version
+from pipeline.claim import claimed
 from pipeline.execution import Execution
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.job import Job
@@ -51,8 +52,10 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         MemoryError: if the mesh is too large.
         KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
     """
+    memory.refuse_too_large(job, [step.stage for step in steps if step.runs])
     make_folder(job.files.folder)
-    with reporting(job.files.log) as reporter:
+    with claimed(job.files), reporting(job.files.log) as reporter:
+        _refuse_changed(steps)
         reporter.log.info("poro %s: %s", program_version(), job.argument)
         execution = Execution(job, reporter, fresh)
         try:
@@ -91,6 +94,14 @@ def plot(job: Job, format: str, *, as_json: bool) -> str:
     if as_json:
         return result_json("plot", {"name": job.case.name, "problems": problems}, files)
     return "\n".join([*map(str, files), *problems])
+
+
+def _refuse_changed(steps: list[Step]) -> None:
+    """Refuse a plan that rests on what another process replaced before this one had the case for itself."""
+    for step in steps:
+        if step.header and (not step.path.exists() or artifact.read_header(step.path).identity != step.header.identity):
+            sentence = f"{step.path}: was replaced by another process at this moment; run the same command again."
+            raise Fault(ExitCode.BUSY, sentence)
 
 
 def make_folder(folder: Path) -> None:

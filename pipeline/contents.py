@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pipeline import artifact, vtkhdf
 from pipeline.artifact import Dataset
+from pipeline.exit_codes import ExitCode, Fault
 from pipeline.updates import FIELDS, Kept
 
 if TYPE_CHECKING:
@@ -184,7 +185,20 @@ def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:
 
     names = [field.name for field in fields(HalfCylinder)]
     chi, *sizes = artifact.read(path, stage, "vertices/chi", *(f"domain/{name}" for name in names))
+    refuse_not_finite(path, "vertices/chi", chi)
     return HalfCylinder(*(size.item() for size in sizes)), chi
+
+
+def refuse_not_finite(path: Path, name: str, values: Floats) -> None:
+    """Do nothing if all values of a dataset are finite.
+
+    Raises:
+        Fault: with how many are not (ARTIFACT).
+    """
+    if bad := int(np.count_nonzero(~np.isfinite(values))):
+        raise Fault(
+            ExitCode.ARTIFACT, f"{path}: {name} is not finite in {bad} of {values.size} entries; make the file again."
+        )
 
 
 def surface(path: Path) -> tuple[Floats, Ints]:
@@ -194,6 +208,7 @@ def surface(path: Path) -> tuple[Floats, Ints]:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
     points, connectivity = artifact.read(path, "mirror", "surface/points", "surface/connectivity")
+    refuse_not_finite(path, "surface/points", points)
     return points, connectivity.reshape(-1, 3)
 
 

@@ -66,6 +66,8 @@ def read_design(path: Path) -> Design:
     """
     domain, chi = contents.design(path, "optimize")
     pressure, displacement, arm = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement", "arm")
+    contents.refuse_not_finite(path, "vertices/pressure", pressure)
+    contents.refuse_not_finite(path, "nodes/displacement", displacement)
     case = stored_case(artifact.read_header(path).case_resolved, path)
     _, load, _ = case.optimize.parameters()
     return Design(

@@ -20,7 +20,7 @@ from actuator import failure
 from pipeline import artifact, atomic, checkpoint, contents, updates, vtkhdf
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.job import Job
+from pipeline.job import SUFFIXES, Job
 from pipeline.keys import plain
 from pipeline.plan import Step, stage_version
 from pipeline.progress import Reporter
@@ -35,6 +35,7 @@ _FAILURES = {
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
     failure.InvalidSettings: ExitCode.USAGE,
+    failure.OutOfMemory: ExitCode.UNEXPECTED,
 }
 
 
@@ -72,6 +73,7 @@ class Execution:
                 word = "given" if step.given else "up to date"
                 self.reporter.say(f"{step.stage}: {word} ({step.path})")
                 self.summaries[step.stage] = contents.summary(step.path, step.stage)
+                self._complete(step)
                 assert step.header is not None
                 self._identity = step.header.identity
 
@@ -104,13 +106,20 @@ class Execution:
         self._identity = header.identity
         self.summaries[step.stage] = contents.summary(step.path, step.stage)
 
+    def _complete(self, step: Step) -> None:
+        """Do what a run that was killed after it stored an artifact had left to do."""
+        if step.given:
+            return
+        if step.stage in SUFFIXES and not vtkhdf.sidecar(step.path).exists():
+            vtkhdf.write_sidecar(step.path)
+        if step.stage == "optimize":
+            checkpoint.remove_reached(self.job)
+
     def _optimize(self, step: Step) -> Outcome:
         case = self.job.case
         start = None
         if not self.fresh:
-            start, remark = checkpoint.find(self.job, finished="forced" not in step.reasons)
-            if remark:
-                self.reporter.say(f"  {remark}")
+            start = checkpoint.find(self.job, finished="forced" not in step.reasons)
         keeper, history = checkpoint.Keeper(self.job, start), updates.UpdateKeeper(self.job, start)
 
         def observe(event: Any) -> None:
@@ -157,6 +166,8 @@ class Execution:
                 "refine.filter_radius) or optimise longer.",
             )
         atomic.write_bytes(part, result.data)
+        # Whoever is killed from here on leaves no picture of an older part beside a new one.
+        self.job.files.picture.unlink(missing_ok=True)
         found = part.read_bytes()
         inspection = stages.export.inspect(found, settings.format)
         if not (inspection.watertight and inspection.volume > 0.0):

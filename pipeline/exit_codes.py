@@ -19,6 +19,7 @@ class ExitCode(IntEnum):
     NOT_CONVERGED = 3
     ARTIFACT = 4
     BAD_SOLID = 5
+    BUSY = 6
     INTERRUPTED = 130
 
     @property
@@ -34,6 +35,7 @@ _MEANINGS = {
     ExitCode.NOT_CONVERGED: "did not converge",
     ExitCode.ARTIFACT: "artifact missing, unreadable or stale",
     ExitCode.BAD_SOLID: "the exported solid fails its checks",
+    ExitCode.BUSY: "another process is working on the case",
     ExitCode.INTERRUPTED: "interrupted",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,6 +75,24 @@ class Files:
         """Folder with the fields of the design updates of an optimisation under way."""
         return self.folder / f"{self.name}.updates"
 
+    @property
+    def lock(self) -> Path:
+        """Locked while a process works on the case."""
+        return self.folder / f".{self.name}.lock"
+
+    @property
+    def holder(self) -> Path:
+        """Says which process that is."""
+        return self.folder / f".{self.name}.holder"
+
+    def owns(self, name: str) -> bool:
+        """Whether a command that works on the case, and no other, writes a file of this name."""
+        artifacts = "|".join(re.escape(ending) for ending in (*SUFFIXES.values(), ".checkpoint.h5"))
+        grids = "|".join(re.escape(ending.replace(".h5", ".vtkhdf")) for ending in SUFFIXES.values())
+        parts = r"(\.scale-[^/]+)?\.(stl|3mf|stl\.h5|3mf\.h5|png|rig\.md)"
+        curves = r"\.simulation\.(csv|png|thresholded\.vtkhdf)"
+        return re.fullmatch(f"{re.escape(self.name)}({artifacts}|{grids}|{parts}|{curves})", name) is not None
+
 
 @dataclass(frozen=True)
 class Job:
@@ -108,6 +127,15 @@ class Job:
     def recorded(self, stage: str) -> Case:
         """The case as a stage's artifact records it; another scale or format of one part is not the case's."""
         return self.case if stage == "export" else self.case.model_copy(update={"export": self.own_export})
+
+
+def _refuse_impossible(folder: Path) -> None:
+    """Refuse a path that the system will not even look up; whether it can be made a folder shows when it is made."""
+    try:
+        folder.exists()
+    except OSError as error:
+        sentence = f"{str(folder)[:60]}…: cannot be a folder ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None
 
 
 @dataclass(frozen=True)
@@ -166,6 +194,7 @@ def open_job(argument: Path, output: Path | None = None, changes: Changes | None
     own_export = case.export
     case = changes.applied(case) if changes else case
     tag = f".scale-{case.export.scale:g}" if changes and changes.scale is not None else ""
+    _refuse_impossible(output or default)
     files = Files(output or default, case.name, f"{case.name}{tag}.{case.export.format}")
     return Job(argument, case, text, own_export, files, given)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from actuator.failure import Failure, NotManifold
+from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.atomic import replacing, write_bytes
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.result_json import result_json
@@ -152,6 +152,8 @@ def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], No
             settings,
             lambda event: say(event.text) if isinstance(event, Message) else None,
         )
+    except GridTooLarge as failure:
+        raise Fault(ExitCode.USAGE, f"--layer {thickness:g}: {failure}") from None
     except Failure as failure:
         code = ExitCode.BAD_SOLID if isinstance(failure, NotManifold) else ExitCode.ARTIFACT
         raise Fault(code, f"{part}: {failure}") from None

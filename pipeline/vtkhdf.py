@@ -164,9 +164,14 @@ def write_sidecar(artifact: Path, other: str = "") -> Path:
     """
     import h5py
 
-    sidecar = artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")
+    path = sidecar(artifact, other)
     with h5py.File(artifact, "r") as written:
         shown = f"{other}/{GROUP}" if other else SERIES if SERIES in written else GROUP
-    with replacing_hdf5(sidecar) as file:
+    with replacing_hdf5(path) as file:
         file[GROUP] = h5py.ExternalLink(artifact.name, f"/{shown}")
-    return sidecar
+    return path
+
+
+def sidecar(artifact: Path, other: str = "") -> Path:
+    """The file that ParaView opens for an artifact, or for one of its other grids."""
+    return artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")

@@ -41,6 +41,11 @@ class Result:
     chi: Floats
 
 
+def least_memory(cells: int) -> float:
+    """Memory that the finer mesh of so many cells and its surface need, bytes; measured on 1,080 to 135,000 cells."""
+    return (0.07 + 5.8e-6 * cells) * 2.0**30
+
+
 def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
     """Refine and filter a design. Factor 1 keeps the domain and radius 0 keeps the field, as the same objects.
 

@@ -25,6 +25,12 @@ class DomainSettings(Section):
     rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
     layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
 
+    @property
+    def cells(self) -> int:
+        """Number of cells; no mesh is built for it."""
+        domain = self.build()
+        return domain.section_cells * domain.layers
+
     def build(self) -> HalfCylinder:
         """The meshed domain."""
         from actuator.domain import HalfCylinder  # scikit-fem: only where a mesh is wanted

@@ -7,7 +7,6 @@ density fields are followed: the optimised one, and the solid that is exported, 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -39,8 +38,6 @@ MeshName = Literal["optimised", "refined"]
 
 #: The pressure the design was optimised for, as a load factor.
 TARGET = 1.0
-#: Peak memory in GiB: a constant, per cell, and per cell^1.4 for the factors, fitted to benchmarks/results/scaling.md.
-MEMORY = (0.4, 9.3e-5, 2.1e-6)
 
 
 def _as_tuple(value: Any) -> Any:
@@ -127,7 +124,7 @@ def run(
         What has been found, also after an interruption (KeyboardInterrupt) or where a path could not be followed.
 
     Raises:
-        actuator.failure.InvalidSettings: if the case has no pressure, or the mesh does not fit into the memory.
+        actuator.failure.InvalidSettings: if the case has no pressure.
         actuator.failure.SolveFailure: if not even the state at rest can be linearised.
     """
     import numba
@@ -138,8 +135,6 @@ def run(
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
     refinement = refinement or refine.Settings()
-    if "thresholded" in settings.fields and settings.mesh == "refined":
-        _refuse_too_large(design.domain.mesh.nelements * refinement.factor**3)
     compile_kernels(problem.parameters()[0].law)
     numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
     responses: dict[str, Response] = {}
@@ -178,24 +173,6 @@ def thresholded(
     if settings.mesh == "refined":
         return refined.domain, chi
     return design.domain, chi[design.domain.coinciding(refinement.factor)]
-
-
-def estimated_memory(cells: int) -> float:
-    """Peak memory of a simulation on so many cells, bytes."""
-    constant, each, factors = MEMORY
-    return float((constant + each * cells + factors * cells**1.4) * 2**30)
-
-
-def _refuse_too_large(cells: int) -> None:
-    needed = estimated_memory(cells)
-    if not hasattr(os, "sysconf"):  # Windows does not tell; the solver will
-        return
-    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > there:
-        raise InvalidSettings(
-            f"The refined mesh of {cells} cells needs about {needed / 2**30:.0f} GiB, and this machine has "
-            f"{there / 2**30:.0f}: set simulate.mesh to optimised, or refine.factor lower."
-        )
 
 
 def _equilibrium(domain: HalfCylinder, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from actuator.failure import GridTooLarge
 from actuator.geometry.directions import Direction
 from stages.events import Message, Observer, silent
 from stages.settings import Section
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+#: Most layers of a part; more is a slip in a unit.
+MOST_LAYERS = 100_000
 
 
 class Settings(Section):
@@ -67,6 +71,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
     Raises:
         actuator.failure.InvalidField: if a coordinate is not finite.
         actuator.failure.EmptySolid: if there is no triangle.
+        actuator.failure.GridTooLarge: if there would be more than :data:`MOST_LAYERS`.
         actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
     """
     # manifold3d: only where it runs
@@ -77,6 +82,11 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
     if proof.repair_tolerance:
         observer(Message(f"repaired within {proof.repair_tolerance:.2g} mm ({proof.status})"))
     part = standing(proof.surface, settings.direction)
+    if part.height / settings.thickness > MOST_LAYERS:
+        raise GridTooLarge(
+            f"The part is {part.height:.6g} mm high and would have {part.height / settings.thickness:.3g} layers, more "
+            f"than {MOST_LAYERS}; choose thicker layers."
+        )
     heights = middles(part.height, settings.thickness)
     sections = [part.cut(height) for height in heights.tolist()]
     areas = np.array([section.area for section in sections])

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from pipeline import seal
 
 #: 24 cells: the smallest mesh on which everything still happens.
 TINY = """\
@@ -26,3 +34,20 @@ class Ended:
 
 
 Poro = Callable[..., Ended]
+
+#: Starts the program in a process of its own.
+PROGRAM = [sys.executable, "-m", "pipeline.cli"]
+
+
+def environment() -> dict[str, str]:
+    """Of such a process, wherever it works."""
+    return os.environ | {"PYTHONUNBUFFERED": "1", "PYTHONPATH": os.pathsep.join(entry for entry in sys.path if entry)}
+
+
+@contextmanager
+def edited(path: Path) -> Iterator[h5py.File]:
+    """An artifact to be changed by hand and sealed again, as if the program had written it so."""
+    with h5py.File(path, "a") as file:
+        yield file
+    data = path.read_bytes()[seal.SIZE :]
+    path.write_bytes(seal.block(data) + data)

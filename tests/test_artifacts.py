@@ -9,11 +9,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import Poro
-from hypothesis import given, settings
+from command_line import Poro, edited
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pipeline import artifact
+from pipeline import artifact, seal
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
 
@@ -100,17 +100,59 @@ def _foreign(path: Path) -> None:
 
 
 def _incomplete(path: Path) -> None:
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         del file.attrs["complete"]
 
 
 def _newer(path: Path) -> None:
-    with h5py.File(path, "a") as file:
+    with edited(path) as file:
         file.attrs["schema_version"] = artifact.SCHEMA_VERSION + 1
 
 
 def _removed(path: Path) -> None:
     path.unlink()
+
+
+def _folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def _matlab(path: Path) -> None:
+    """As MATLAB's version 7.3 files begin: a text in the user block."""
+    path.unlink()
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["x"] = np.arange(3.0)
+    data = path.read_bytes()
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + data[512:])
+
+
+def _longer(path: Path) -> None:
+    path.write_bytes(path.read_bytes() + b"\0")
+
+
+def _edited(path: Path) -> None:
+    with h5py.File(path, "a") as file:
+        file["fields/count"][()] = 8
+
+
+def _escaping(path: Path) -> None:
+    with edited(path) as file:
+        del file["case_resolved"]
+        file["case_resolved"] = '{"name": "../../x"}'
+
+
+def _bomb(path: Path) -> None:
+    """A petabyte of zeros that takes no room in the file."""
+    with edited(path) as file:
+        del file["case_text"]
+        file.create_dataset("case_text", shape=(1 << 50,), dtype="u1", chunks=(1 << 20,))
+
+
+def _no_json(path: Path) -> None:
+    with edited(path) as file:
+        del file["case_resolved"]
+        file["case_resolved"] = "{" * 100_000
 
 
 SPOILT = {
@@ -121,6 +163,10 @@ SPOILT = {
     _incomplete: "not written to its end",
     _newer: "newer poro",
     _removed: "no such file",
+    _folder: "this is a folder",
+    _matlab: "no poro artifact",
+    _longer: "damaged",
+    _edited: "damaged",
 }
 
 
@@ -136,16 +182,58 @@ def test_unusable_artifact_gives_one_sentence_and_code_4(spoil: Callable[[Path],
         assert ended.err.count("\n") == 1
 
 
-@given(st.floats(0.0, 1.0), st.integers(0, 7))
-@settings(deadline=None, max_examples=60, derandomize=True)
-def test_flipped_bit_is_noticed_or_harmless(tmp_path_factory: pytest.TempPathFactory, place: float, bit: int) -> None:
-    path = tmp_path_factory.mktemp("flip") / "x.h5"
-    artifact.write(path, HEADER, DATASETS)
-    content = bytearray(path.read_bytes())
-    content[min(int(place * len(content)), len(content) - 1)] ^= 1 << bit
-    path.write_bytes(content)
-    try:
-        (found,) = artifact.read(path, "refine", "fields/chi")
-    except Fault:
-        return
-    np.testing.assert_array_equal(found, FIELD)
+@pytest.mark.parametrize(("spoil", "part"), [(_bomb, "claims to hold"), (_no_json, "damaged")])
+def test_hostile_header_takes_no_memory_and_gives_one_sentence(
+    spoil: Callable[[Path], None], part: str, path: Path, poro: Poro
+) -> None:
+    spoil(path)
+    for command in (["refine", path], ["export", "--json", path], ["status", path]):
+        ended = poro(*command)
+        assert (ended.code, ended.out, ended.err.count("\n")) == (ExitCode.ARTIFACT, "", 1)
+        assert part in ended.err
+
+
+def test_case_inside_an_artifact_cannot_leave_the_folder(path: Path, poro: Poro) -> None:
+    _escaping(path)
+    ended = poro("mirror", path)
+    assert ended.code == ExitCode.ARTIFACT
+    assert "may only have letters" in ended.err
+    assert list(path.parent.iterdir()) == [path]
+
+
+@given(st.floats(0.0, 1.0, exclude_max=True), st.integers(0, 7))
+@settings(
+    deadline=None,
+    max_examples=200,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],  # every example writes the file anew
+)
+def test_flipped_bit_is_refused_wherever_it_is(content: bytes, place: float, bit: int) -> None:
+    flipped = bytearray(content)
+    flipped[int(place * len(flipped))] ^= 1 << bit
+    path = Path("x.h5")
+    path.write_bytes(flipped)
+    for read in (artifact.read_header, artifact.read_grid, lambda path: artifact.read(path, "refine", "fields/count")):
+        with pytest.raises(Fault, match=r"damaged|cut short|no HDF5 file") as caught:
+            read(path)
+        assert caught.value.code == ExitCode.ARTIFACT
+
+
+@pytest.fixture
+def content(path: Path, monkeypatch: pytest.MonkeyPatch) -> bytes:
+    """Bytes of the artifact; its folder is the working folder."""
+    monkeypatch.chdir(path.parent)
+    return path.read_bytes()
+
+
+def test_cut_anywhere_is_refused(content: bytes) -> None:
+    for length in np.random.default_rng(2).integers(0, len(content), 50):
+        Path("x.h5").write_bytes(content[:length])
+        with pytest.raises(Fault, match=r"damaged|cut short|no HDF5 file"):
+            artifact.read_header(Path("x.h5"))
+
+
+def test_artifact_of_a_version_without_seals_is_read(content: bytes) -> None:
+    Path("x.h5").write_bytes(content[seal.SIZE :])
+    assert artifact.read_header(Path("x.h5")).identity == "this run"
+    np.testing.assert_array_equal(artifact.read(Path("x.h5"), "refine", "fields/chi")[0], FIELD)

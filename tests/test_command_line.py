@@ -95,10 +95,20 @@ def _limited(folder: Path, largest_file: int, *arguments: str) -> subprocess.Com
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-@pytest.mark.parametrize("largest", [5_000, 50_000])
-def test_disk_that_takes_no_more_ends_in_a_sentence_and_spoils_nothing(largest: int, folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("largest", "command"),
+    [
+        (5_000, ("refine", "tiny.yaml", "--force")),
+        (50_000, ("refine", "tiny.yaml", "--force")),
+        (5_000, ("optimize", "tiny.yaml", "--force", "--fresh", "--threads", "1")),
+        (50_000, ("export", "tiny.yaml", "--scale", "1.5")),
+    ],
+)
+def test_disk_that_takes_no_more_ends_in_a_sentence_and_spoils_nothing(
+    largest: int, command: tuple[str, ...], folder: Path
+) -> None:
     before = {path: path.read_bytes() for path in folder.iterdir() if path.suffix != ".log"}
-    ended = _limited(folder, largest, "refine", "tiny.yaml", "--output", ".", "--force")
+    ended = _limited(folder, largest, *command, "--output", ".")
     assert ended.returncode == ExitCode.UNEXPECTED, ended.stderr
     assert "could not be written" in ended.stderr.splitlines()[-1]
     assert "Traceback" not in ended.stderr

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
-from command_line import Poro
+from command_line import Poro, edited
 from matplotlib.contour import ContourSet
 from PIL import Image
 
@@ -110,7 +109,7 @@ def test_simulation_is_drawn_where_there_is_one(
 
 
 def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with h5py.File(folder / "tiny.h5", "r+") as file:
+    with edited(folder / "tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
     monkeypatch.setattr(plots, "FIGURES", {kind: plots.FIGURES[kind] for kind in ("initial", "arm")})
     monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)

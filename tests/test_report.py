@@ -12,10 +12,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import h5py
 import lxml.html
 import pytest
-from command_line import Poro
+from command_line import Poro, edited
 from lxml.html import HtmlElement
 from synthetic import EXAMPLE
 
@@ -171,7 +170,7 @@ def test_text_of_a_case_and_a_recorded_test_cannot_act(
     recorded = EXAMPLE.read_text(encoding="utf-8")
     (folder / "measured.csv").write_text("# </dl><script>alert(1)</script>\n" + recorded, encoding="utf-8")
     assert poro("compare", folder / "tiny.h5", folder / "measured.csv", "--youngs", 1.0).code == 0
-    with h5py.File(folder / "tiny.h5", "r+") as file:
+    with edited(folder / "tiny.h5") as file:
         del file["case_text"]
         file["case_text"] = HOSTILE
     page = written()
@@ -255,7 +254,7 @@ def test_design_without_solid_is_reported(
 ) -> None:
     from pipeline.report_model import model_of
 
-    with h5py.File(folder / "tiny.h5", "r+") as file:
+    with edited(folder / "tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
     monkeypatch.setattr(report, "model_of", model_of)
     ended = poro("report", "tiny.h5", "--no-check")

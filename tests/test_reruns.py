@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
+import itertools
 import json
+import os
+import time
+from datetime import datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +15,9 @@ import h5py
 import numpy as np
 import pytest
 import trimesh
-from command_line import TINY, Poro
+from command_line import TINY, Poro, edited
 
+from pipeline import artifact
 from pipeline.exit_codes import ExitCode
 from pipeline.stage_names import STAGES
 
@@ -79,10 +85,72 @@ def test_threads_solver_name_and_comments_are_no_reason(folder: Path, poro: Poro
 
 
 def test_other_stage_version_is_a_reason(folder: Path, poro: Poro) -> None:
-    with h5py.File(folder / "tiny.refined.h5", "a") as file:
+    with edited(folder / "tiny.refined.h5") as file:
         file.attrs["stage_version"] -= 1
     assert _plan(poro)["refine"] == ["stage version 0 → 1"]
     assert _runs(poro) == ["refine", "mirror", "export"]
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_bump_of_a_stages_version_runs_it_and_the_later_ones(
+    stage: str, folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = importlib.import_module(f"stages.{stage}")
+    version = module.VERSION
+    monkeypatch.setattr(module, "VERSION", version + 1)
+    assert _plan(poro)[stage] == [f"stage version {version} → {version + 1}"]
+    assert _runs(poro) == list(STAGES[STAGES.index(stage) :])
+
+
+def test_setting_that_an_older_version_did_not_have_is_a_reason(folder: Path, poro: Poro) -> None:
+    with edited(folder / "tiny.solid.h5") as file:
+        resolved = json.loads(file["case_resolved"][()])
+        del resolved["mirror"]["threshold"]
+        del file["case_resolved"]
+        file["case_resolved"] = json.dumps(resolved)
+    assert _plan(poro)["mirror"] == ["settings changed: mirror.threshold unset → 0.0"]
+
+
+def test_key_that_does_not_belong_to_the_settings_is_a_reason(folder: Path, poro: Poro) -> None:
+    with edited(folder / "tiny.refined.h5") as file:
+        file.attrs["content_key"] = "0" * 64
+    assert _plan(poro)["refine"] == ["content key differs"]
+
+
+def test_changed_scale_exports_again_and_optimises_nothing(folder: Path, poro: Poro) -> None:
+    before = _identities(folder)
+    (folder / "tiny.yaml").write_text(TINY + "export: {scale: 1.25}\n")
+    ended = poro("run", "tiny.yaml", "--output", ".")
+    assert ended.code == ExitCode.OK, ended.err
+    after = _identities(folder)
+    assert [name for name in before if before[name] != after[name]] == ["tiny.stl.h5"]
+    assert trimesh.load_mesh(folder / "tiny.stl").extents[0] == pytest.approx(1.25 * 15.0, rel=1e-3)
+
+
+def test_clock_and_file_times_are_no_reason(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock goes back by decades before and during a run; files are of any age."""
+    for age, path in enumerate(sorted(folder.iterdir())):
+        os.utime(path, (0.0, 0.0) if age % 2 else (4e9, 4e9))
+    assert _runs(poro) == []
+    backwards = itertools.count(0.0, -3600.0)
+    monkeypatch.setattr(time, "time", lambda: next(backwards) + 1e6)
+    monkeypatch.setattr(artifact, "datetime", _Past)
+    assert _runs(poro) == []
+    (folder / "tiny.solid.h5").unlink()
+    assert poro("run", "tiny.yaml", "--output", ".").code == ExitCode.OK
+    assert artifact.read_header(folder / "tiny.solid.h5").date.startswith("1971")
+    assert _runs(poro) == []
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert _runs(poro) == []
+
+
+class _Past(datetime):
+    """A clock that someone has set back."""
+
+    @classmethod
+    def now(cls, tz: tzinfo | None = None) -> _Past:
+        return cls(1971, 1, 1, tzinfo=tz)
 
 
 def test_missing_artifact_is_a_reason(folder: Path, poro: Poro) -> None:

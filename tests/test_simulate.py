@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
+import psutil
 import pytest
 import pyvista
 from command_line import TINY, Poro
@@ -203,16 +204,11 @@ def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypat
     (folder / "tiny.yaml").write_text(TINY + "simulate: {fields: [foo], mesh: refined}\n")
     assert "simulate.fields" in poro("simulate", "tiny.yaml").err
     (folder / "tiny.yaml").write_text(TINY + "simulate: {mesh: refined}\n")
-    monkeypatch.setattr(os, "sysconf", lambda name: 4096 if name == "SC_PAGE_SIZE" else 1000)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(total=2**20))
     ended = poro("simulate", "tiny.yaml", "--output", ".")
     assert ended.code == ExitCode.USAGE
-    assert "refined mesh of 384 cells needs about" in ended.err
-
-
-def test_memory_is_estimated_from_what_was_measured() -> None:
-    """benchmarks/results/scaling.md: 2.05 GiB for 9,504 cells and 6.99 GiB for 29,950."""
-    assert stages.simulate.estimated_memory(9504) / 2**30 == pytest.approx(2.052, rel=0.1)
-    assert stages.simulate.estimated_memory(29950) / 2**30 == pytest.approx(6.988, rel=0.1)
+    assert "'simulate' on 384 cells needs at least" in ended.err
+    assert "set simulate.mesh to optimised" in ended.err
 
 
 def test_the_thresholded_field_keeps_the_surface_and_steepens_it(folder: Path) -> None:

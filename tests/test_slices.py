@@ -22,6 +22,7 @@ from actuator.failure import EmptySolid, InvalidField, NotManifold
 from actuator.geometry.layers import mask
 from actuator.geometry.solid import surface_of
 from actuator.geometry.zero_set import Surface
+from pipeline.exit_codes import ExitCode
 from stages import slices
 
 Floats = NDArray[np.float64]
@@ -296,3 +297,12 @@ def test_files_that_are_no_solid_give_one_sentence(part: Path, tmp_path: Path, p
         assert ended.code == code, name
         assert ended.err.count("\n") == 1, name
         assert "Traceback" not in ended.err
+
+
+def test_absurd_number_of_layers_is_refused_with_it(tmp_path: Path, poro: Poro) -> None:
+    trimesh.creation.box((1.0, 1.0, 1.0e4)).export(tmp_path / "tower.stl")
+    ended = poro("slice", tmp_path / "tower.stl", "--layer", 0.001)
+    assert ended.code == ExitCode.USAGE
+    assert ended.err.startswith("poro: --layer 0.001: ")
+    assert "1e+07 layers" in ended.err
+    assert ended.err.count("\n") == 1

@@ -145,6 +145,7 @@ class DirectSolver(ABC):
         """Factorise the matrix with these values, (nnz,) in the order of ``indices``.
 
         Raises:
+            OutOfMemory: if the factors do not fit.
             SolveFailure: if the matrix is not finite, singular, too large, or not positive definite where that was
                 promised. A singular matrix that slips through is found by the check of the next solve.
         """
@@ -214,8 +215,12 @@ class DirectSolver(ABC):
         values = np.ascontiguousarray(data, dtype=np.float64)
         if values.shape != self.indices.shape:
             raise ValueError(f"{values.shape} values were given for a pattern of {len(self.indices)} entries")
-        if not np.isfinite(values).all():
-            raise SolveFailure("The matrix has entries that are not finite: take a smaller step from the last state.")
+        largest = np.finfo(self._scalar).max
+        if not np.maximum(values.max(initial=0.0), -values.min(initial=0.0)) <= largest:  # nor if it is not a number
+            raise SolveFailure(
+                f"The matrix has entries that are not finite or too large for {self.precision} precision: take a "
+                "smaller step from the last state, or check the units of the case."
+            )
         return values
 
     def _refine(self, x: Floats, b: Floats, transposed: bool, check: float) -> None:

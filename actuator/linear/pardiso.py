@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from actuator.failure import SolveFailure
+from actuator.failure import OutOfMemory, SolveFailure
 from actuator.linear import mkl
 from actuator.linear.interface import DirectSolver, Floats, Precision
 
@@ -29,6 +29,7 @@ _ERRORS = {
     -8: "the matrix needs more than 32-bit integers: use a coarser mesh",
     -9: "there is not enough memory for the solution: solve fewer right-hand sides at once",
 }
+_MEMORY_ERRORS = (-2, -9)
 
 #: Threads that MKL plans its reproducible mode for, whatever number it then uses: one and two give the same factors.
 REPRODUCIBLE_THREADS = 8
@@ -154,7 +155,8 @@ class _Session:
             )
         if error.value:
             reason = _ERRORS.get(error.value, f"MKL reported error {error.value}")
-            raise SolveFailure(f"The linear solver PARDISO failed in its {_PHASES[phase]}: {reason}.")
+            kind = OutOfMemory if error.value in _MEMORY_ERRORS else SolveFailure
+            raise kind(f"The linear solver PARDISO failed in its {_PHASES[phase]}: {reason}.")
 
     def close(self) -> None:
         """Give all memory back to the system; the next call must be an analysis."""

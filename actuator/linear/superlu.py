@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from actuator.failure import SolveFailure
+from actuator.failure import OutOfMemory, SolveFailure
 from actuator.linear.interface import DirectSolver, Floats
 
 #: Off-diagonal pivots are taken only below this share of the column's largest entry, so that a symmetric matrix
@@ -65,7 +65,7 @@ class SuperLUSolver(DirectSolver):
                 "the supports, the material contrast and that no element is inverted."
             ) from error
         except MemoryError as error:
-            raise SolveFailure(
+            raise OutOfMemory(
                 "The linear solver SuperLU ran out of memory: use a coarser mesh, or install MKL with "
                 "'pip install mkl'."
             ) from error
