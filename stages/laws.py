@@ -80,6 +80,12 @@ def _named(value: Any) -> Any:
     return {"name": value} if isinstance(value, str) else value
 
 
+def short_form_too(schema: dict[str, Any]) -> None:
+    """Let the JSON Schema of a law allow the short form of the law without coefficients."""
+    section = {key: schema.pop(key) for key in ("oneOf", "discriminator") if key in schema}
+    schema["anyOf"] = [{"const": "neo-hooke"}, section]
+
+
 LawSettings = Annotated[
     NeoHookeSettings | MooneyRivlinSettings | YeohSettings | OgdenSettings,
     BeforeValidator(_named),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from actuator.parameters import Load, Material, Objective
-from stages.laws import LawSettings, NeoHookeSettings
+from stages.laws import LawSettings, NeoHookeSettings, short_form_too
 from stages.section import Section
 
 if TYPE_CHECKING:
@@ -48,7 +48,9 @@ class MaterialSettings(Section):
     void_permeability_rate: float = Field(1000.0, gt=0, description="k_v E / L² [1/s]")
     permeability_contrast: float = Field(1.0e-6, gt=0, lt=1, description="k_s / k_v [-]")
     hessian_regularisation: float = Field(1.0e-6, ge=0, description="α = c_r / (L² K_s) [-]")
-    law: LawSettings = Field(NeoHookeSettings(), description="hyperelastic law of the solid")
+    law: LawSettings = Field(
+        NeoHookeSettings(), description="hyperelastic law of the solid", json_schema_extra=short_form_too
+    )
 
     @model_serializer(mode="wrap")
     def _without_default_law(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def files(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("shell", SHELLS)
 def test_commands_options_values_and_case_files_are_completed(shell: str, files: Path) -> None:
-    assert offered(shell, files, "poro re") == {"refine"}
+    assert offered(shell, files, "poro ref") == {"refine"}
     assert offered(shell, files, "poro run --dry") == {"--dry-run"}
     assert offered(shell, files, "poro run s") == {"small.yaml", "small.h5"}
 

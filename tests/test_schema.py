@@ -40,7 +40,7 @@ def test_schema_is_one_and_says_so() -> None:
 def test_every_key_has_what_editors_show() -> None:
     for key, found in keys().items():
         assert {"title", "description", "default"} <= set(found), key
-        kinds = {found.get("type"), *(option["type"] for option in found.get("anyOf", []))}
+        kinds = {found.get("type"), *(option.get("type") for option in found.get("anyOf", []))}
         if kinds & {"number", "integer"}:
             assert re.search(r"\[.+\]", found["description"]), f"{key} has no unit"
     for section, model in SECTIONS.items():
