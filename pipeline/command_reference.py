@@ -88,7 +88,9 @@ def _table(kind: str, records: list[tuple[str, str]]) -> str:
     rows = [f"| {kind} | meaning | default |", "|---|---|---|"]
     for names, meaning in records:
         text, _, extra = meaning.rpartition("  [") if meaning.endswith("]") else (meaning, "", "")
-        rows.append(f"| `{_cell(names)}` | {_cell(text.strip())} | {_cell(extra.removesuffix(']'))} |")
+        rows.append(
+            f"| `{_cell(names)}` | {_cell(text.strip())} | {_cell(extra.removesuffix(']').removeprefix('default: '))} |"
+        )
     return "\n".join(rows)
 
 
