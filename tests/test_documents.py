@@ -1,0 +1,97 @@
+"""The pages of docs/: their commands run as they stand, on a tiny case, and their links lead somewhere."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import TINY, Poro
+from documents import PAGES, ROOT, anchors, blocks, commands, follow, links
+from synthetic import EXAMPLE
+
+#: Pages whose commands take long, even on the tiny case: they draw, or follow the response to pressure.
+SLOW = ("measuring", "report", "simulation", "tutorial")
+
+#: Pages that come with commands of their own; to be taken from here when both are there.
+AWAITED = ("sweeps.md", "faults.md")
+
+#: The response to pressure in as few steps as will do.
+SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+
+WITH_COMMANDS = [
+    pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
+    for page in PAGES
+    if page.name not in ("README.md", *AWAITED) and commands(page)
+]
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What the commands of the pages expect in the working folder: the checkout's own files, in small."""
+    for folder in (tmp_path, tmp_path / "configs"):
+        folder.mkdir(exist_ok=True)
+        for name in ("quick", "case14", "case11"):
+            (folder / f"{name}.yaml").write_text(SHORT)
+    (tmp_path / "docs" / "examples").mkdir(parents=True)
+    shutil.copy(EXAMPLE, tmp_path / "docs" / "examples")
+    (tmp_path / "data.csv").write_text(
+        "strain,stress [MPa]\n0.0,0.0\n0.1,0.09\n0.2,0.17\n0.4,0.30\n0.8,0.52\n1.2,0.70\n"
+    )
+    # A `python` in the shell is the one that runs the tests, and it knows the program.
+    monkeypatch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    return tmp_path
+
+
+@pytest.fixture
+def worked(checkout: Path, poro: Poro) -> Path:
+    """The same after a run, with its results beside the case and in the folder of results, and a part."""
+    assert poro("run", "case14.yaml", "--threads", 1).code == 0
+    (checkout / "outputs").mkdir()
+    for path in list(checkout.glob("case14.*")):
+        shutil.copy(path, checkout / "outputs")
+    shutil.copy(checkout / "case14.stl", checkout / "part.stl")
+    shutil.copy(EXAMPLE, checkout / "measured.csv")
+    return checkout
+
+
+@pytest.mark.parametrize("page", WITH_COMMANDS)
+def test_commands_run_as_they_stand(page: Path, worked: Path, poro: Poro) -> None:
+    """In order and in one folder."""
+    assert follow(page, poro, worked) > 0
+
+
+def test_all_pages_with_commands_are_followed() -> None:
+    """And a block that is not says why."""
+    followed = {param.id for param in WITH_COMMANDS}
+    assert {"howto", "layers", "measuring", "report", "simulation", "tutorial"} <= followed
+    for page in PAGES:
+        for block in blocks(page):
+            assert block.lines, page.name
+            installs = any(word in " ".join(block.lines) for word in ("pip ", "make ", "npm ", "paraview", "apt "))
+            assert (block.reason is not None) == installs, f"{page.name}: {block.lines[0]}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in links(page):
+        name, _, anchor = link.partition("#")
+        target = page.parent / name if name else page
+        if target.name in AWAITED and not target.exists():
+            continue
+        assert target.exists(), f"{page.name}: {link} is not there"
+        if anchor:
+            assert anchor in anchors(target), f"{page.name}: {link} is no heading"
+
+
+def test_index_has_every_page() -> None:
+    index = ROOT / "docs" / "index.md"
+    listed = {link.partition("#")[0] for link in links(index)}
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= listed
+
+
+def test_readme_names_the_documents() -> None:
+    assert {"docs/tutorial.md", "docs/howto.md", "docs/theory.md", "docs/index.md"} <= set(links(ROOT / "README.md"))
