@@ -56,6 +56,7 @@ def follow(page: Path, poro: Poro, folder: Path) -> int:
     """
     lines = commands(page)
     for line in lines:
+        # Redirections are the shell's.
         words = shlex.split(line, comments=True)
         if words[0] != "poro" or ">" in words:
             redirected = line.replace("poro ", "python -m pipeline.cli ") if words[0] == "poro" else line
