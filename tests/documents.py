@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,8 +60,8 @@ def follow(page: Path, poro: Poro, folder: Path) -> int:
         # Redirections are the shell's.
         words = shlex.split(line, comments=True)
         if words[0] != "poro" or ">" in words:
-            redirected = line.replace("poro ", "python -m pipeline.cli ") if words[0] == "poro" else line
-            ended = subprocess.run(redirected, shell=True, cwd=folder, capture_output=True, text=True, check=False)
+            shown = re.sub(r"^poro\b", f"{shlex.quote(sys.executable)} -m pipeline.cli", line)
+            ended = subprocess.run(shown, shell=True, cwd=folder, capture_output=True, text=True, check=False)
             assert ended.returncode == 0, f"{page.name}: {line}\n{ended.stderr}"
             continue
         called = poro(*words[1:], *(["--threads", 1] if words[1] in COMPUTING else []))

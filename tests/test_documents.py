@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
@@ -35,7 +33,7 @@ WITH_COMMANDS = [
 
 
 @pytest.fixture
-def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def checkout(tmp_path: Path) -> Path:
     """What the commands of the pages expect in the working folder: the checkout's own files, in small."""
     (tmp_path / "configs").mkdir()
     for name in ("quick", "case14", "case11"):
@@ -46,9 +44,6 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "data.csv").write_text(
         "strain,stress [MPa]\n0.0,0.0\n0.1,0.09\n0.2,0.17\n0.4,0.30\n0.8,0.52\n1.2,0.70\n"
     )
-    # A `python` in the shell is the one that runs the tests, and it knows the program.
-    monkeypatch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     return tmp_path
 
 
@@ -63,8 +58,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def worked(checkout: Path, results: Path) -> Path:
-    """The same after that run, with its results beside the case and in the folder of results, and a part."""
-    for folder in (checkout, checkout / "outputs"):
+    """The same after that run, with its results in all places where the pages have them, and a part."""
+    for folder in (checkout, checkout / "outputs", checkout / "results"):
         shutil.copytree(results, folder, dirs_exist_ok=True)
     shutil.copy(checkout / "case14.stl", checkout / "part.stl")
     shutil.copy(EXAMPLE, checkout / "measured.csv")
