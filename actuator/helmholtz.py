@@ -1,4 +1,4 @@
-"""The Helmholtz filter of the design field, Eq. (15) of arXiv:2605.20101.
+"""The Helmholtz filter of the design field, Eq. (17) of arXiv:2605.20101.
 
 After Lazarov & Sigmund, doi:10.1002/nme.3072.
 """

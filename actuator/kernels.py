@@ -125,7 +125,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
 def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed, g_chi, g_u, g_p):
     """Derivative of Λ_u·R_u + Λ_p·R_p + weight · C_Ψ with respect to χ, u and p, per element.
 
-    Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 13) and 0 to leave it out; the complex
+    Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 14) and 0 to leave it out; the complex
     step on this function gives second derivatives.
 
     Args:
@@ -223,7 +223,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
 
 @njit(cache=True, parallel=True, fastmath=FAST)
 def strain_energy_excess(geometry, c, chi, u):
-    """C_Ψ of Eq. (13) and the largest Ψ(χ + 4/L_i, u) / Ψ_lim over the quadrature points."""
+    """C_Ψ of Eq. (14) and the largest Ψ(χ + 4/L_i, u) / Ψ_lim over the quadrature points."""
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     total, largest = np.zeros(n_cells), np.zeros(n_cells)
     for e in prange(n_cells):

@@ -45,7 +45,7 @@ class Coefficients(NamedTuple):
 
     @classmethod
     def of(cls, material: Material, load: Load, objective: Objective) -> Coefficients:
-        """Collect the constants, in the tuple of the material's law; the shift of χ in C_Ψ is 4 / L_i (Eq. 13)."""
+        """Collect the constants, in the tuple of the material's law; the shift of χ in C_Ψ is 4 / L_i (Eq. 14)."""
         values = [getattr(material, name) for name in cls._fields[:8]]
         values += [load.pressure, objective.strain_energy_weight, objective.energy_limit]
         values += [4.0 / objective.interface_width, *material.law]

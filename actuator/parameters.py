@@ -94,7 +94,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Objective:
-    """Weights and limits of Eqs. (8) to (14) and Appendix B.
+    """Weights and limits of Eqs. (9) to (15) and Appendix B.
 
     Attributes:
         area_weight, slope_weight, leak_weight, strain_energy_weight, passive_weight: c_A, c_i, c_p, c_Ψ and the

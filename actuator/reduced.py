@@ -1,6 +1,6 @@
 """The reduced objective: a design's value and its exact gradient by the adjoint.
 
-Both follow from the Lagrangian of Eq. (9), C + Λ·R, whose derivatives :func:`lagrangian_gradient` gives.
+Both follow from the Lagrangian of Eq. (10), C + Λ·R, whose derivatives :func:`lagrangian_gradient` gives.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Gradient:
 
 
 class ReducedObjective:
-    """C(χ) = C_0 + C_χ + C_A + C_i + C_p + C_Ψ with the state eliminated (Eqs. 8 to 13)."""
+    """C(χ) = C_0 + C_χ + C_A + C_i + C_p + C_Ψ with the state eliminated (Eqs. 9 to 14)."""
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class ReducedObjective:
     # ------------------------------------------------------------------ gradient
 
     def gradient(self, at: Evaluation, guess: tuple[Floats, Floats] | None = None) -> Gradient:
-        """Exact gradient of the total objective by the adjoint (Eq. 15)."""
+        """Exact gradient of the total objective by the adjoint (Eq. 16)."""
         state, equilibrium = at.state, self.equilibrium
         zero = np.zeros_like(state.x), np.zeros_like(state.p)
         _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)
@@ -159,7 +159,7 @@ class ReducedObjective:
 
 
 def main_objective(x: Floats, load: Load) -> float:
-    """C_0 of Eq. (8), dimensionless."""
+    """C_0 of Eq. (9), dimensionless."""
     lift = x[-2] / load.arm_length
     return float(lift - np.sin(x[-1]) + 500.0 * max(lift, 0.0) ** 2)
 

@@ -1,4 +1,4 @@
-"""Stage ``refine``: the design on a finer mesh, smoothed by the Helmholtz filter (Section 4, Eq. 15)."""
+"""Stage ``refine``: the design on a finer mesh, smoothed by the Helmholtz filter (Section 4, Eq. 17)."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class LoadSettings(Section):
 
 
 class ObjectiveSettings(Section):
-    """Weights and limits of the objective (Eqs. 8 to 14, Appendix B)."""
+    """Weights and limits of the objective (Eqs. 9 to 15, Appendix B)."""
 
     area_weight: float = Field(1.0e-3, ge=0, description="c_A, surface area [-]")
     slope_weight: float = Field(1.0, ge=0, description="c_i, interface width [-]")

@@ -74,7 +74,7 @@ def source(discretisation: Discretisation) -> Floats:
 
 
 def excess(at: Fields) -> complex:
-    """C_Ψ of Eq. (13) by scikit-fem and NumPy; real or complex."""
+    """C_Ψ of Eq. (14) by scikit-fem and NumPy; real or complex."""
     linear, quadratic = bases(DOMAIN)
 
     def at_points(field: Floats) -> Floats:

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import re
-import shlex
 import shutil
 from pathlib import Path
 
 from command_line import TINY, Poro
+from documents import ROOT, follow
 from synthetic import EXAMPLE
 
 from pipeline.case import Case
 from pipeline.exit_codes import ExitCode
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-
-
-def commands() -> list[list[str]]:
-    """The words of every call of the program in the blocks of shell commands."""
-    blocks = re.findall(r"^```sh\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-    lines = [shlex.split(line, comments=True) for block in blocks for line in block.splitlines()]
-    return [words[1:] for words in lines if words and words[0] == "poro"]
+README_PATH = ROOT / "README.md"
+README = README_PATH.read_text(encoding="utf-8")
 
 
 def table(heading: str) -> dict[str, str]:
@@ -42,13 +36,7 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     )
     (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
     (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
-    called = commands()
-    assert len(called) > 10
-    for words in called:
-        ended = poro(*words, *(["--threads", 1] if words[0] in ("run", "optimize", "simulate") else []))
-        # The tiny case's part may not hold air; what matters here is that the checks are made.
-        fine = (ExitCode.OK, ExitCode.BAD_SOLID) if words[0] == "check" else (ExitCode.OK,)
-        assert ended.code in fine, shlex.join(words) + "\n" + ended.err
+    assert follow(README_PATH, poro, tmp_path) > 10
     found = {path.name for path in (tmp_path / "outputs").iterdir()}
     promised = {name.replace("NAME", "case14") for row in table("file") for name in re.findall(r"`(NAME[^`]*)`", row)}
     # The optimisation has ended, so that nothing of one under way is left.
@@ -68,10 +56,3 @@ def test_exit_codes_are_those_of_the_program() -> None:
 def test_sections_are_those_of_a_case_file() -> None:
     listed = {name for row in table("section") for name in re.findall(r"`(\w+)`", row)}
     assert listed == set(Case.model_fields)
-
-
-def test_links_lead_somewhere() -> None:
-    root = Path(__file__).parent.parent
-    targets = [target for target in re.findall(r"\]\(([^)]+)\)", README) if "://" not in target]
-    assert targets
-    assert [target for target in targets if not (root / target).exists()] == []

@@ -14,7 +14,7 @@ from actuator.linear import DirectSolver, SolverName, make_solver
 
 
 class Metric:
-    """M of C_t = δᵀ M δ / (2 Δt²), Eq. (14): ∫ δ² + L_t² ‖∇δ‖², in mm³.
+    """M of C_t = δᵀ M δ / (2 Δt²), Eq. (15): ∫ δ² + L_t² ‖∇δ‖², in mm³.
 
     Args:
         discretisation: spaces of the case.

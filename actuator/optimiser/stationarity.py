@@ -10,7 +10,7 @@ def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> 
     """Largest relative change of the objective per unit change of the design: sqrt(|Ω| gᵀ M⁻¹ g) / Σ |C_k|.
 
     The unit is a step δ with δᵀ M δ = |Ω|: a uniform change of χ by one, or a rougher one that is as large in the
-    norm of C_t (Eq. 14). As a dual norm it does not depend on the mesh as one of nodal values would; the sum of the
+    norm of C_t (Eq. 15). As a dual norm it does not depend on the mesh as one of nodal values would; the sum of the
     terms' magnitudes makes it independent of units.
     """
     scale = sum(abs(value) for value in evaluation.terms.values())
