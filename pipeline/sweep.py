@@ -24,8 +24,9 @@ from pipeline.plan import Step, plan
 from pipeline.progress import Reporter, duration
 from pipeline.study import Study, Variant
 
-#: Seconds that an interrupted case gets to store what it has, and between two looks at the running cases.
-GRACE, PAUSE = 60.0, 0.1
+#: Seconds that an interrupted case gets to store what it has, after which it is told again, and between two looks at the
+#: running cases.
+GRACE, REPEAT, PAUSE = 60.0, 10.0, 0.1
 #: Variables by which the numerical libraries are told how many threads they may have.
 THREAD_LIMITS = (
     "NUMBA_NUM_THREADS",
@@ -207,12 +208,16 @@ class Sweep:
         if not running:
             return
         reporter.say(f"stopping {len(running)} running cases; what they have stored is kept")
+        now = time.monotonic()
+        limit, again = now + GRACE, now
         try:
-            for case in running:
-                case.process.terminate()
-            limit = time.monotonic() + GRACE
-            while any(case.process.poll() is None for case in running) and time.monotonic() < limit:
+            while any(case.process.poll() is None for case in running) and now < limit:
+                if now >= again:  # an interrupt that meets a callback, of a weak reference for instance, is lost
+                    for case in running:
+                        case.process.terminate()
+                    again = now + REPEAT
                 time.sleep(PAUSE)
+                now = time.monotonic()
         finally:
             for case in running:
                 case.process.kill()

@@ -94,8 +94,11 @@ def test_changed_law_is_a_reason_to_optimise_again(folder: Path, poro: Poro) -> 
     assert "material.law.name unset → ogden" in "; ".join(steps["optimize"])
 
 
-def test_two_updates_with_the_ogden_law(tmp_path: Path, poro: Poro) -> None:
-    (tmp_path / "soft.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 2") + OGDEN)
+@pytest.mark.slow
+def test_two_updates_and_a_simulation_with_the_ogden_law(tmp_path: Path, poro: Poro) -> None:
+    case = TINY.replace("max_updates: 1", "max_updates: 2") + OGDEN
+    case += "simulate: {fields: [density], max_load: 1.0, states: [1.0]}\n"
+    (tmp_path / "soft.yaml").write_text(case)
     ended = poro("optimize", "soft.yaml", "--threads", 1, "--json")
     assert ended.code == ExitCode.OK, ended.err
     history = artifact.read_group(Path("soft.h5"), "optimize", "history")
@@ -105,3 +108,5 @@ def test_two_updates_with_the_ogden_law(tmp_path: Path, poro: Poro) -> None:
     assert stored == {"name": "ogden", "mu": [0.7, 0.3], "alpha": [1.3, 4.0]}
     # The artifact is enough to go on from, and the law is no reason to compute again.
     assert "up to date" in poro("status", "soft.yaml", "--output", ".").out.splitlines()[0]
+    simulated = json.loads(poro("simulate", "soft.yaml", "--output", ".", "--threads", 1, "--json").out)
+    assert simulated["simulate"]["fields"]["density"]["reached"] is True

@@ -91,6 +91,7 @@ def test_failures_stop_nothing_and_a_second_run_does_what_is_missing(poro: Poro,
     assert [row["C0"] for row in rows(Path("study.sweep.csv"))] == ["", "", ""]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_sweep_ends_its_cases_and_continues(
