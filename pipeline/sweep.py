@@ -24,7 +24,7 @@ from pipeline.plan import Step, plan
 from pipeline.progress import Reporter, duration
 from pipeline.study import Study, Variant
 
-#: Seconds that an interrupted case gets to store what it has, after which it is told again, and between two looks at the
+#: Seconds that an interrupted case gets to store what it has, until it is told again, and between two looks at the
 #: running cases.
 GRACE, REPEAT, PAUSE = 60.0, 10.0, 0.1
 #: Variables by which the numerical libraries are told how many threads they may have.
