@@ -28,7 +28,8 @@ class Coefficients(NamedTuple):
     for each type. All stay plain numbers, side by side: numba's parallel loops take no tuples within tuples.
     """
 
-    law = NeoHooke  # type: ignore[misc] # of the class, not of a tuple
+    # An attribute of the class, which mypy takes for a field without a type.
+    law = NeoHooke  # type: ignore[misc]
 
     bulk: float
     shear: float
@@ -54,6 +55,7 @@ class Coefficients(NamedTuple):
         return cast(Coefficients, kind._make(float(value) for value in values))
 
 
+# mypy wants the fields of a tuple spelt out; here they are those of two others, so that none is written twice.
 class MooneyRivlinCoefficients(namedtuple("MooneyRivlinCoefficients", Coefficients._fields + MooneyRivlin._fields)):  # type: ignore[misc]
     """The constants with those of the Mooney-Rivlin law."""
 

@@ -7,40 +7,23 @@ from typing import Any
 import numpy as np
 
 from pipeline.report_rows import Entry
+from pipeline.simulation_text import sentences
 
 Summary = dict[str, Any]
 
 
 def simulated(summary: Summary) -> list[Entry]:
     """The answers of a simulation, field by field."""
-    return [
-        Entry(f"{field}: {name}", value)
-        for field, found in summary["fields"].items()
-        for name, value in _answers(found)
-    ]
-
-
-def _answers(found: Summary) -> list[tuple[str, str]]:
-    if found["reached"] is None:
-        return [("followed", f"to {found['largest_load']:.3g} p_in; {found['ended']}")]
-    apart = found["difference"]
-    rows = [
-        ("optimised state is the one reached", "yes" if found["reached"] else "no"),
-        ("relative difference from it", ", ".join(f"{name} {value:.1e}" for name, value in apart.items())),
-    ]
-    at = found["at_target"]
-    rows += [
-        ("T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
-        ("spring elongation at p_in", f"{at['elongation']:.3f} mm"),
-        ("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
-        ("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
-    ]
-    limits = ", ".join(f"{point['load_factor']:.4f} p_in" for point in found["limit_points"])
-    rows.append(("limit points", limits or f"none up to {found['largest_load']:.3g} p_in"))
-    if found["hysteresis"]:
-        rows.append(("up and down differ by at most", f"{max(found['hysteresis'].values()):.1e}"))
-    if not found["complete"]:
-        rows.append(("incomplete", found["ended"] or "interrupted"))
+    rows = []
+    for field, found in summary["fields"].items():
+        if at := found["at_target"]:
+            rows += [
+                Entry(f"{field}: T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
+                Entry(f"{field}: spring elongation at p_in", f"{at['elongation']:.3f} mm"),
+                Entry(f"{field}: max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
+                Entry(f"{field}: largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
+            ]
+        rows.append(Entry(f"{field}: path", "; ".join(sentences(field, found))))
     return rows
 
 

@@ -23,7 +23,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
             f"{at['energy_ratio']:9.4f}{at['leak']:10.2e}"
         )
     for name, field in found["fields"].items():
-        text += [f"  {name if row == 0 else '':<20}{sentence}" for row, sentence in enumerate(_sentences(name, field))]
+        text += [f"  {name if row == 0 else '':<20}{sentence}" for row, sentence in enumerate(sentences(name, field))]
     for name, change in found["between_fields"].items():
         if name in ("T3", "theta2", "elongation"):
             text.append(
@@ -32,7 +32,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     return text
 
 
-def _sentences(name: str, field: Mapping[str, Any]) -> list[str]:
+def sentences(name: str, field: Mapping[str, Any]) -> list[str]:
+    """What a summary says of a field, besides its figures at p_in."""
     meant = "the optimised state" if name == "density" else "the state found directly"
     difference = field["difference"]
     said = []

@@ -69,8 +69,8 @@ class Truth:
     @property
     def r_squared(self) -> float:
         """Of the best line, from the moments of x and x² on (0, 1)."""
-        l, q = self.linear, self.quadratic  # noqa: E741
-        return 1.0 - (q**2 / 180.0) / (l**2 / 12.0 + l * q / 6.0 + 4.0 * q**2 / 45.0)
+        a, b = self.linear, self.quadratic
+        return 1.0 - (b**2 / 180.0) / (a**2 / 12.0 + a * b / 6.0 + 4.0 * b**2 / 45.0)
 
 
 def recording(truth: Truth, seed: int = 1) -> Recording:

@@ -112,10 +112,10 @@ def test_plan_that_another_process_overtakes_is_refused(
     """Between the plan and the claim, another process replaces what the plan rests on."""
     make = os.mkdir
 
-    def overtaken(*arguments: object, **options: object) -> None:
+    def overtaken(path: Path, mode: int = 0o777) -> None:
         with edited(folder / "tiny.h5") as file:
             file.attrs["identity"] = "another"
-        make(*arguments, **options)  # type: ignore[arg-type]
+        make(path, mode)
 
     monkeypatch.setattr(os, "mkdir", overtaken)
     ended = poro("refine", "tiny.yaml", "--output", ".", "--force")

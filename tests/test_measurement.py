@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import tracemalloc
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -87,8 +88,8 @@ def test_same_numbers_whatever_the_file_looks_like(
     assert found.comments == tuple(f"comment {number}" for number in range(comments))
 
 
-def table(header: str, *columns: object, mark: str = ",") -> str:
-    rows = zip(*columns, strict=True)  # type: ignore[call-overload]
+def table(header: str, *columns: Iterable[object], mark: str = ",") -> str:
+    rows = zip(*columns, strict=True)
     return "\n".join([header, *(mark.join(str(value) for value in row) for row in rows), ""])
 
 
