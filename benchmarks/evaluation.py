@@ -1,7 +1,7 @@
 """What one design evaluation costs, beside what a user would pick instead.
 
-    python benchmarks/evaluation.py --case case14 --updates 20     # the paper's mesh, about twenty minutes
-    python benchmarks/evaluation.py --case quick --updates 20      # the small mesh, about two minutes
+    python -m benchmarks.evaluation --case case14 --updates 20     # the paper's mesh, about twenty minutes
+    python -m benchmarks.evaluation --case quick --updates 20      # the small mesh, about two minutes
 
 In one process and on the same designs (the initial one and the one after the updates):
 
@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 import cProfile
-import logging
 import resource
 from collections import defaultdict
 from collections.abc import Callable
@@ -38,9 +37,10 @@ from actuator.optimiser.loop import Optimiser, Progress
 from actuator.optimiser.model import Model
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.state import Equilibrium, State
+from benchmarks.tables import markdown, start_log, write_markdown
 from pipeline.case import find_case, read_case
 
-logger = logging.getLogger("benchmarks.evaluation")
+logger = start_log("benchmarks.evaluation")
 
 #: Where a profile entry belongs, by a part of its function's name or file; the first that fits.
 PARTS = (
@@ -76,8 +76,6 @@ class TimedObjective(ReducedObjective):
 
 def main() -> None:
     """Run the benchmark and write its table."""
-    logging.basicConfig(format="%(message)s")
-    logger.setLevel(logging.INFO)
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--case", default="case14")
     parser.add_argument("--updates", type=int, default=20)
@@ -133,10 +131,9 @@ def main() -> None:
         rows += _factorisations(objective.equilibrium, state, name, warm, options)
     rows.append(("peak memory of the run, without (a) and (b)", f"{peak:.2f} GiB"))
     rows.append(("C, C0 at the end", f"{progress.evaluation.value:.6f}, {progress.evaluation.terms['C0']:.6f}"))
-    path = Path(__file__).parent / "results" / f"evaluation-{options.case}-{options.solver}.md"
-    path.parent.mkdir(exist_ok=True)
-    lines = [f"# {options.case}, {options.solver}, {options.threads} threads", "", "| what | figure |", "|---|---|"]
-    path.write_text("\n".join([*lines, *(f"| {name} | {figure} |" for name, figure in rows), ""]), encoding="utf-8")
+    table = markdown({"what": name, "figure": figure} for name, figure in rows)
+    title = f"{options.case}, {options.solver}, {options.threads} threads"
+    path = write_markdown(f"evaluation-{options.case}-{options.solver}", title, [table])
     logger.info(path.read_text(encoding="utf-8"))
 
 

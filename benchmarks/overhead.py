@@ -1,6 +1,6 @@
 """What the program costs outside compiled code: the same calls on 24 cells, where hardly anything else is left.
 
-    python benchmarks/overhead.py       # about two minutes
+    python -m benchmarks.overhead       # about two minutes
 
 A profile cannot tell: it books NumPy's vector operations on the Python function that they stand in. Here an
 assembly, the state from a warm start with its adjoint, and one product, gradient and value of the optimiser's model
@@ -11,9 +11,7 @@ Medians of several. Writes a table to ``benchmarks/results``.
 from __future__ import annotations
 
 import argparse
-import logging
 from collections.abc import Callable
-from pathlib import Path
 from statistics import median
 from time import perf_counter
 
@@ -25,9 +23,10 @@ from actuator.initial_design import initial_design
 from actuator.optimiser.model import Model
 from actuator.reduced import ReducedObjective
 from actuator.sensitivity import Sensitivity
+from benchmarks.tables import markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
 
-logger = logging.getLogger("benchmarks.overhead")
+logger = start_log("benchmarks.overhead")
 
 #: m, k, layers of the smallest mesh and of the paper's.
 MESHES = {"24 cells": (2, 1, 3), "9,504 cells": (12, 5, 18)}
@@ -81,21 +80,23 @@ def _median(call: Callable[[], object]) -> float:
 
 def main() -> None:
     """Run both meshes and write the table."""
-    logging.basicConfig(format="%(message)s")
-    logger.setLevel(logging.INFO)
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--threads", type=int, default=2)
     options = parser.parse_args()
     compile_kernels()
     numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
     small, large = (measure(mesh, options.threads) for mesh in MESHES.values())
-    lines = [f"| call | {' | '.join(MESHES)} | share |", "|---|---|---|---|"]
-    for name, seconds in small.items():
-        share = 100 * seconds / large[name]
-        lines.append(f"| {name} | {1e3 * seconds:.1f} ms | {1e3 * large[name]:.0f} ms | {share:.1f} % |")
-    path = Path(__file__).parent / "results" / "overhead.md"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    names = list(MESHES)
+    rows = [
+        {
+            "call": name,
+            names[0]: f"{1e3 * seconds:.1f} ms",
+            names[1]: f"{1e3 * large[name]:.0f} ms",
+            "share": f"{100 * seconds / large[name]:.1f} %",
+        }
+        for name, seconds in small.items()
+    ]
+    path = write_markdown("overhead", "Calls on the smallest mesh and on the paper's", [markdown(rows)])
     logger.info(path.read_text(encoding="utf-8"))
 
 

@@ -1,6 +1,6 @@
 """Growth of time and memory of one design evaluation with the mesh, from 1,000 to 30,000 cells.
 
-    python benchmarks/scaling.py        # about ten minutes
+    python -m benchmarks.scaling        # about ten minutes
 
 Each mesh runs in a process of its own: the paper's initial design from rest at full pressure, state, adjoint and
 gradient, twice; the second is timed. Writes a table and a plot to ``benchmarks/results``.
@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
 import resource
 import subprocess
 import sys
-from pathlib import Path
 from time import perf_counter
 
 import numba
@@ -22,13 +20,13 @@ import numpy as np
 
 from actuator.initial_design import initial_design
 from actuator.reduced import ReducedObjective
+from benchmarks.tables import RESULTS, Row, markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
 
-logger = logging.getLogger("benchmarks.scaling")
+logger = start_log("benchmarks.scaling")
 
 #: m, k, layers: much the same shape of cells throughout.
 MESHES = ((6, 2, 9), (8, 3, 13), (12, 5, 18), (18, 7, 26))
-RESULTS = Path(__file__).parent / "results"
 
 
 def measure(core: int, rings: int, layers: int, threads: int) -> dict[str, float]:
@@ -62,8 +60,6 @@ def measure(core: int, rings: int, layers: int, threads: int) -> dict[str, float
 
 def main() -> None:
     """Run all meshes and write table and plot."""
-    logging.basicConfig(format="%(message)s")
-    logger.setLevel(logging.INFO)
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--mesh", type=int, nargs=3, metavar=("CORE", "RINGS", "LAYERS"))
@@ -73,7 +69,15 @@ def main() -> None:
         return
     rows = []
     for mesh in MESHES:
-        command = [sys.executable, __file__, "--threads", str(options.threads), "--mesh", *map(str, mesh)]
+        command = [
+            sys.executable,
+            "-m",
+            "benchmarks.scaling",
+            "--threads",
+            str(options.threads),
+            "--mesh",
+            *map(str, mesh),
+        ]
         rows.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
         logger.info(" ".join(f"{key}={value:.4g}" for key, value in rows[-1].items()))
     names = list(rows[0])
@@ -81,11 +85,8 @@ def main() -> None:
     exponents = {
         name: float(np.polyfit(cells, np.log([row[name] for row in rows]), 1)[0]) for name in names if name != "cells"
     }
-    RESULTS.mkdir(exist_ok=True)
-    lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
-    lines += ["| " + " | ".join(f"{row[name]:.4g}" for name in names) + " |" for row in rows]
-    lines.append("| exponent | " + " | ".join(f"{exponents[name]:.2f}" for name in names[1:]) + " |")
-    (RESULTS / "scaling.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    last: Row = {"cells": "exponent", **{name: f"{exponent:.2f}" for name, exponent in exponents.items()}}
+    write_markdown("scaling", "One design evaluation as the mesh grows", [markdown([*rows, last])])
     _plot(rows, exponents)
 
 
