@@ -52,6 +52,30 @@ def folder(finished: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def undrawn(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts get the picture of the finished case: the process that draws one starts for seconds."""
+    picture = finished / "tiny.png"
+    monkeypatch.setattr("pipeline.figures.draw_part", lambda part, path: shutil.copy(picture, path))
+
+
+@pytest.fixture
+def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures and the 3D view of the report replaced by a pixel: for tests of what stands around them."""
+    from pipeline import plots, report
+    from pipeline.design import Design
+
+    def pixel(design: Design, kind: str, format: str = "png", simulation: Path | None = None) -> plots.Drawing:
+        return plots.Drawing(kind, format, b"pixel")
+
+    def none(design: Design) -> None:
+        return None
+
+    for module in (plots, report):
+        monkeypatch.setattr(module, "draw", pixel)
+    monkeypatch.setattr(report, "model_of", none)
+
+
 @pytest.fixture(scope="session")
 def report(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of that run."""

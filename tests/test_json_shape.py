@@ -58,6 +58,7 @@ def test_every_command_is_looked_at() -> None:
     assert commands() == set(CALLS) | OTHERS
 
 
+@pytest.mark.usefixtures("quickly")
 @pytest.mark.parametrize("command", CALLS)
 def test_command_prints_one_object_of_the_common_shape(command: str, poro: Poro, folder: Path) -> None:
     (folder / "study.yaml").write_text(STUDY)

@@ -107,14 +107,8 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
     # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
-    updates = 4
-    (tmp_path / "tiny.yaml").write_text(
-        TINY.replace("core_cells: 2", "core_cells: 3").replace("rings: 1", "rings: 2").replace("layers: 3", "layers: 4")
-    )
-    undisturbed = _started(tmp_path, updates, "whole")
-    undisturbed.communicate(timeout=300)
-    assert undisturbed.returncode == ExitCode.OK
-    process = _started(tmp_path, updates)
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    process = _started(tmp_path, updates=500)
     checkpoint = tmp_path / "tiny.checkpoint.h5"
     deadline = time.monotonic() + 120.0
     while not _stored(checkpoint) and time.monotonic() < deadline and process.poll() is None:
@@ -124,14 +118,19 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     assert process.returncode == ExitCode.INTERRUPTED, said
     assert "run the same command to continue" in said.splitlines()[-1]
     stored = _stored(checkpoint)
-    assert 1 <= stored < updates
+    assert 1 <= stored < 500
     assert not (tmp_path / "tiny.h5").exists()
 
+    # So many more as show that it goes on, and as many in one go.
+    updates = stored + 2
     continuing = _started(tmp_path, updates)
     _, said = continuing.communicate(timeout=300)
     assert continuing.returncode == ExitCode.OK
     assert f"after design update {stored}" in said
     assert not checkpoint.exists()
+    undisturbed = _started(tmp_path, updates, "whole")
+    undisturbed.communicate(timeout=300)
+    assert undisturbed.returncode == ExitCode.OK
     whole, continued = (
         artifact.read(tmp_path / path, "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
     )

@@ -20,7 +20,7 @@ RESULTS = {"C", "terms", "T1", "T3", "theta2", "p_min", "p_max", "evaluations", 
 
 
 def settings(updates: int = UPDATES, **changes: Any) -> Settings:
-    domain = DomainSettings(core_cells=3, rings=2, layers=4)
+    domain = DomainSettings(core_cells=2, rings=2, layers=2)
     return Settings(domain=domain, optimizer=OptimizerSettings(max_updates=updates), **changes)
 
 

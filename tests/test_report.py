@@ -19,27 +19,11 @@ from lxml.html import HtmlElement
 from synthetic import EXAMPLE
 
 from pipeline import atomic, plots, report
-from pipeline.design import Design
-from pipeline.plots import Drawing
 from pipeline.simulation import read_simulation
 
 HOSTILE = """# </pre><script>window.hostile = 1</script><img src=x onerror="window.hostile = 1">
 domain: {core_cells: 2, rings: 1, layers: 3}  # {{ 7 * 7 }} {% raw %} &amp; "quoted"
 """
-
-
-@pytest.fixture
-def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures and the 3D view replaced by a pixel: for tests of the words around them."""
-
-    def pixel(design: Design, kind: str, format: str, simulation: Path | None) -> Drawing:
-        return Drawing(kind, format, b"pixel")
-
-    def none(design: Design) -> None:
-        return None
-
-    monkeypatch.setattr(report, "draw", pixel)
-    monkeypatch.setattr(report, "model_of", none)
 
 
 @pytest.fixture

@@ -21,6 +21,9 @@ from pipeline import artifact
 from pipeline.exit_codes import ExitCode
 from pipeline.stage_names import STAGES
 
+# What is drawn is looked at in test_pictures, and the finished case has its own picture.
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def _plan(poro: Poro, *options: object) -> dict[str, list[str]]:
     """Reasons of every stage, none if it is up to date."""

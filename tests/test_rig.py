@@ -76,6 +76,7 @@ def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
     assert "kPa, arm 60 mm" in poro("export", "tiny.h5", "--youngs", "1.0").out
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_sheet_says_the_scale_and_what_is_not_known(folder: Path, poro: Poro) -> None:
     (folder / "tiny.h5").rename(folder / "elsewhere.h5")
     ended = poro("export", "tiny.refined.h5", "--scale", "1.5", "--youngs", "1")
