@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+import pytest
 from command_line import TINY, Poro
 from documents import ROOT, follow
 from synthetic import EXAMPLE
@@ -25,11 +26,12 @@ def table(heading: str) -> dict[str, str]:
     return {cell[0]: cell[1] for cell in cells}
 
 
+@pytest.mark.usefixtures("quickly")
 def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
-    """In order and in one folder, with a tiny case of the name of the shipped one."""
+    """In order and in one folder, with a tiny case of the name of the shipped one; figures are test_plots' matter."""
     (tmp_path / "outputs").mkdir()
-    # As many updates as the command that asks for a number of them: fewer than are stored would be refused.
-    tiny = TINY.replace("max_updates: 1", "max_updates: 20")
+    # As many updates as the command that asks for a number of them: fewer than are stored would be refused. Cheap ones.
+    tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_products: 2")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
     (tmp_path / "case14.yaml").write_text(
         tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
