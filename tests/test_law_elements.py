@@ -1,62 +1,53 @@
-"""Other laws than neo-Hooke's in the element loops, the state and the gradient. Ogden's by default; the others slow."""
+"""Other laws than neo-Hooke's in the element loops, the state and the gradient; compiled, they are slow."""
 
 from __future__ import annotations
 
 import dataclasses
+import subprocess
+import sys
 
+import law_loops
 import numpy as np
 import pytest
+from command_line import environment
 from exact_product import hessian_product
-from physics import (
-    IDENTITY,
-    Floats,
-    assembled,
-    boundary_nodes,
-    displacement_dofs,
-    element_tangents,
-    half_cylinder,
-    no_source,
-    nodal_residuals,
-    parameters,
-    wavy,
-)
+from physics import IDENTITY, Floats, boundary_nodes, half_cylinder, no_source, nodal_residuals, parameters
 from scipy.optimize import brentq
 
-from actuator.assembly import scatter_vector
 from actuator.compilation import compile_kernels
 from actuator.discretisation import Discretisation
 from actuator.initial_design import initial_design
-from actuator.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, Ogden, Yeoh
 from actuator.material import Coefficients
 from actuator.reduced import ReducedObjective
-from actuator.source import pressure_source
 
-SLOW = pytest.mark.slow
-LAWS = [
-    pytest.param(Ogden.of([0.7, 0.2, 0.1], [1.3, 5.0, -2.0]), id="ogden"),
-    pytest.param(MooneyRivlin(0.13), id="mooney-rivlin", marks=SLOW),
-    pytest.param(Yeoh(-0.02, 0.4), id="yeoh", marks=SLOW),
-]
 #: Members of each family that are neo-Hooke's law.
-REDUCED = [
-    pytest.param(Ogden.of([1.0], [2.0]), id="ogden"),
-    pytest.param(MooneyRivlin(0.0), id="mooney-rivlin", marks=SLOW),
-    pytest.param(Yeoh(0.0, 0.0), id="yeoh", marks=SLOW),
-]
+REDUCED: dict[str, Law] = {"ogden": Ogden.of([1.0], [2.0]), "mooney-rivlin": MooneyRivlin(0.0), "yeoh": Yeoh(0.0, 0.0)}
 DOMAIN = half_cylinder(2, 1, 3)
-TINY = 1e-40
 
 
-@pytest.fixture(autouse=True)
-def compiled(request: pytest.FixtureRequest) -> None:
-    """Kernels of the test's law, compiled as a user's run does."""
-    compile_kernels(request.node.callspec.params["law"])
+def compiled(laws: dict[str, Law]) -> pytest.MarkDecorator:
+    """For each law, with its kernels compiled: more than a minute for every one."""
+    params = [pytest.param(law, id=name, marks=pytest.mark.slow) for name, law in laws.items()]
+    return pytest.mark.parametrize("law", params, indirect=True)
 
 
-def coefficients(law: Law, **changes: float) -> Coefficients:
-    material, load, objective = parameters()
-    return Coefficients.of(dataclasses.replace(material, law=law), load, objective)._replace(**changes)
+@pytest.fixture
+def law(request: pytest.FixtureRequest) -> Law:
+    """The law, after its kernels have been compiled as a user's run does."""
+    compile_kernels(request.param)
+    found: Law = request.param
+    return found
+
+
+def test_loops_of_every_law_in_plain_python() -> None:
+    """What is compiled is the same text; test_laws has the laws themselves compiled."""
+    plain = environment() | {"NUMBA_DISABLE_JIT": "1"}
+    ended = subprocess.run(
+        [sys.executable, "-m", law_loops.__name__], env=plain, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.split() == list(law_loops.LAWS)
 
 
 def objective_of(law: Law, tolerance: float = 1e-8, **changes: float) -> ReducedObjective:
@@ -73,62 +64,17 @@ def objective_of(law: Law, tolerance: float = 1e-8, **changes: float) -> Reduced
     )
 
 
-@pytest.fixture(scope="module")
-def discretisation() -> Discretisation:
-    return Discretisation(DOMAIN)
+@compiled(law_loops.LAWS)
+def test_tangent_is_the_derivative_of_the_residual(law: Law) -> None:
+    law_loops.check_tangent(law, DOMAIN)
 
 
-def fields() -> tuple[Floats, Floats, Floats]:
-    rng, n = np.random.default_rng(1), DOMAIN.mesh.nvertices
-    return 3.0 * rng.normal(size=n), wavy(DOMAIN.nodes, 0.5, 3), 0.05 * rng.uniform(size=n)
+@compiled(law_loops.LAWS)
+def test_lagrangian_gradient_and_its_complex_step(law: Law) -> None:
+    law_loops.check_lagrangian_gradient(law, DOMAIN)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_tangent_is_the_derivative_of_the_residual(law: Law, discretisation: Discretisation) -> None:
-    geometry, c = discretisation.geometry, coefficients(law)
-    chi, u, p = fields()
-    source = pressure_source(discretisation.radii, DOMAIN.radius, c.drainage)
-    blocks = element_tangents(geometry, source, c, chi, u, p)[0]
-    assert np.abs(blocks - blocks.transpose(0, 2, 1)).max() < 1e-13 * np.abs(blocks).max()
-    dofs, d = displacement_dofs(geometry), wavy(DOMAIN.nodes, 1.0, 5)
-    forces, _ = nodal_residuals(geometry, source, c, chi, u + 1j * TINY * d, p)
-    found = assembled(blocks, dofs, dofs, (u.size, u.size)) @ d.ravel()
-    assert np.abs(found - forces.imag.ravel() / TINY).max() < 1e-13 * np.abs(found).max()
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_lagrangian_gradient_and_its_complex_step(law: Law, discretisation: Discretisation) -> None:
-    """First derivatives against values of Λ·R + C_Ψ, and second against first."""
-    geometry, c = discretisation.geometry, coefficients(law, energy_limit=1e-3, strain_energy_weight=1e-6)
-    source = pressure_source(discretisation.radii, DOMAIN.radius, c.drainage)
-    chi, u, p = fields()
-    adjoint, flow = wavy(DOMAIN.nodes, 1.0, 8), np.random.default_rng(4).normal(size=p.shape)
-    d_chi, d_u = np.random.default_rng(5).normal(size=chi.shape), wavy(DOMAIN.nodes, 0.7, 6)
-
-    def value(h: float) -> float:
-        forces, flows = nodal_residuals(geometry, source, c, chi + h * d_chi, u + h * d_u, p)
-        excess, ratio = strain_energy_excess(geometry, c, chi + h * d_chi, u + h * d_u)
-        assert ratio > 1.0
-        return float(np.sum(adjoint * forces) + flow @ flows + excess)
-
-    def gradient(h: complex) -> tuple[Floats, Floats]:
-        kind = np.result_type(h, float)
-        n = len(geometry.cells)
-        out = np.empty((n, 8), kind), np.empty((n, 20, 3), kind), np.empty((n, 8), kind)
-        at = (chi + h * d_chi, u + h * d_u, p.astype(kind), adjoint.astype(kind), flow.astype(kind))
-        lagrangian_gradient(geometry, source, c, *at, 1.0, True, *out)
-        return scatter_vector(out[0], geometry.cells, len(chi)), scatter_vector(out[1], geometry.node_cells, len(u))
-
-    h = 1e-5
-    of_chi, of_u = gradient(0.0)
-    central = (value(h) - value(-h)) / (2.0 * h)
-    assert np.sum(of_chi * d_chi) + np.sum(of_u * d_u) == pytest.approx(central, rel=1e-7)
-    for exact, ahead, behind in zip(gradient(1j * TINY), gradient(h), gradient(-h), strict=True):
-        second = (ahead - behind) / (2.0 * h)
-        assert np.abs(exact.imag / TINY - second).max() < 1e-7 * np.abs(second).max()
-
-
-@pytest.mark.parametrize("law", REDUCED)
+@compiled(REDUCED)
 def test_state_of_an_actuator_reduces_to_neo_hooke(law: Law) -> None:
     chi = initial_design(DOMAIN.points, 15.0, 3.0)
     found, due = (objective_of(each, 1e-11).evaluate(chi) for each in (law, NEO_HOOKE))
@@ -137,11 +83,12 @@ def test_state_of_an_actuator_reduces_to_neo_hooke(law: Law) -> None:
     assert found.value == pytest.approx(due.value, rel=1e-9)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_patch_in_uniaxial_tension(law: Law, discretisation: Discretisation) -> None:
+@compiled(law_loops.LAWS)
+def test_patch_in_uniaxial_tension(law: Law) -> None:
     """A solid, nearly incompressible body under a homogeneous stretch: no force inside, the closed form at its end."""
     material, load, objective = parameters(material={"poisson_ratio": 0.499999})
     c = Coefficients.of(dataclasses.replace(material, law=law), load, objective)._replace(hessian_penalty=0.0)
+    discretisation = Discretisation(DOMAIN)
     geometry, stretch = discretisation.geometry, 1.6
     solid, empty = np.full(DOMAIN.mesh.nvertices, 800.0), np.zeros(DOMAIN.mesh.nvertices)
     inside = ~boundary_nodes(DOMAIN)
@@ -171,7 +118,7 @@ def test_patch_in_uniaxial_tension(law: Law, discretisation: Discretisation) -> 
     assert found[end, 0].sum() / area == pytest.approx(c.shear * closed, rel=2e-5)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@compiled(law_loops.LAWS)
 def test_gradient_and_hessian_of_the_converged_objective(law: Law) -> None:
     """Against central differences of states solved anew, with every term of the objective at work."""
     objective = objective_of(law, 1e-12, strain_limit=0.04)
