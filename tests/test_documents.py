@@ -22,8 +22,11 @@ ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b")
 #: The response to pressure in as few steps as will do.
 SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
 
+#: What the others draw is looked at in tests of its own.
+UNDRAWN = pytest.mark.usefixtures("undrawn", "quickly")
+
 WITH_COMMANDS = [
-    pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
+    pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else UNDRAWN)
     for page in PAGES
     if page.name != "README.md" and commands(page)
 ]

@@ -72,10 +72,10 @@ def test_citations_are_found() -> None:
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_a_quantity_cited_with_its_equation_has_that_number(folder: str) -> None:
     """Such as C_Ψ of Eq. (14) or the adjoint (Eq. 16)."""
-    known = tags()
+    known, named = tags(), quantities()
     wrong = []
     for path, number, line in texts(folder):
-        for name, due in quantities().items():
+        for name, due in named.items():
             for found in re.findall(rf"{re.escape(name)},?(?: of| is 4 / L_i)? \(?Eq\. {NUMBER}", line):
                 if known.get(found) != due:
                     wrong.append(f"{path}:{number}: {name} is Eq. ({due}), not ({found})")
