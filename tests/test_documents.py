@@ -22,11 +22,8 @@ ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b")
 #: The response to pressure in as few steps as will do.
 SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
 
-#: What the others draw is looked at in tests of its own.
-UNDRAWN = pytest.mark.usefixtures("undrawn", "quickly")
-
 WITH_COMMANDS = [
-    pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else UNDRAWN)
+    pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
     for page in PAGES
     if page.name != "README.md" and commands(page)
 ]
@@ -70,8 +67,11 @@ def worked(checkout: Path, results: Path) -> Path:
 
 
 @pytest.mark.parametrize("page", WITH_COMMANDS)
-def test_commands_run_as_they_stand(page: Path, worked: Path, poro: Poro) -> None:
+def test_commands_run_as_they_stand(page: Path, worked: Path, poro: Poro, request: pytest.FixtureRequest) -> None:
     """In order and in one folder."""
+    if page.stem not in SLOW:  # what these draw is looked at in tests of its own
+        for fixture in ("undrawn", "quickly"):
+            request.getfixturevalue(fixture)
     assert follow(page, poro, worked) > 0
 
 
