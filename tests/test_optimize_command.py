@@ -115,7 +115,10 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     while not second.exists() and time.monotonic() < deadline and process.poll() is None:
         time.sleep(0.01)
     process.send_signal(number)
-    _, said = process.communicate(timeout=120)
+    try:
+        _, said = process.communicate(timeout=120)
+    finally:
+        process.kill()
     assert process.returncode == ExitCode.INTERRUPTED, said
     assert "run the same command to continue" in said.splitlines()[-1]
     stored = _stored(checkpoint)
