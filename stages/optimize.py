@@ -144,6 +144,21 @@ def run(
     return _result(domain, objective, outcome, optimiser.checkpoint(progress))
 
 
+def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
+    """What second-order elements say of the leak; nothing if they cannot: a result is not lost for want of a check."""
+    from actuator.failure import SolveFailure  # as in run
+    from actuator.leak_check import second_order_leak
+
+    try:
+        leak = second_order_leak(objective.equilibrium, at.state)
+    except SolveFailure:
+        return {}
+    return {
+        "wall_leak_second_order": leak.largest,
+        "C_p_second_order": 0.5 * objective.objective.leak_weight * leak.mean_square,
+    }
+
+
 def _fields(at: Evaluation) -> dict[str, Floats]:
     """Design and state at the vertices, which are the first of the nodes."""
     n_vertices = len(at.chi)
@@ -179,6 +194,7 @@ def _result(
         "p_min": float(p.min()),
         "p_max": float(p.max()),
         "wall_leak": wall_leak(domain, p, objective.load.pressure),
+        **_second_order_leak(objective, at),
         "energy_ratio": at.energy_ratio,
         "steepest": at.design.steepest,
         "passive_share": objective.design.passive_share(at.chi),
