@@ -117,7 +117,7 @@ def measure(mesh: tuple[int, int, int], repeats: int) -> tuple[dict[str, float],
     def from_felupe() -> Solution:
         return felupe.solve(poro.motion, LOADS, TOLERANCE, solver)
 
-    seconds, solutions = _in_turns({"poro": from_poro, "FElupe": from_felupe}, max(repeats // 2, 1))
+    seconds, solutions = _in_turns({"poro": from_poro, "FElupe": from_felupe}, (repeats + 1) // 2)
     ours, theirs = solutions["poro"], solutions["FElupe"]
     figures = compare(ours, theirs, case, state)
     gauss = FelupeProblem(domain, material, chi, state.p, _gauss_27())
@@ -133,7 +133,9 @@ def measure(mesh: tuple[int, int, int], repeats: int) -> tuple[dict[str, float],
     }
     logger.info(f"solutions compared: {figures}")
     seconds.update(_assemblies(poro, felupe, state, ours, repeats))
-    seconds.update(_linear_solves(poro, felupe, pattern, state, ours, repeats, domain.mesh.nelements <= MOST_CELLS))
+    seconds.update(_linear_solves(poro, felupe, solver, state, ours, repeats))
+    if domain.mesh.nelements <= MOST_CELLS:
+        seconds.update(_other_solvers(felupe, pattern, ours))
     case.refresh()
     seconds["coupled"] = _in_turns({"coupled": lambda: case.solve(chi)}, 1)[0]["coupled"]
     return figures, counts, seconds
@@ -161,35 +163,32 @@ def _assemblies(
 
 
 def _linear_solves(
-    poro: GivenPressure,
-    felupe: FelupeProblem,
-    pattern: sp.csr_array,
-    state: State,
-    at: Solution,
-    repeats: int,
-    scipy: bool,
+    poro: GivenPressure, felupe: FelupeProblem, solver: SamePattern, state: State, at: Solution, repeats: int
 ) -> dict[str, Floats]:
-    """One factorisation and solution at the state, analysis apart; SciPy's solver has no analysis to keep."""
-    tangent = poro.linearise(state.x, at.nodal)
+    """One factorisation and solution at the state by solvers that have analysed the pattern before."""
+    tangent, (matrix, right) = poro.linearise(state.x, at.nodal), _system(felupe, at)
+    calls = {
+        "poro, linear": lambda: poro.linear(tangent, right),
+        "FElupe, linear": lambda: solver(matrix, right),
+    }
+    return _in_turns(calls, repeats)[0]
+
+
+def _other_solvers(felupe: FelupeProblem, pattern: sp.csr_array, at: Solution) -> dict[str, Floats]:
+    """The same by SuperLU, which orders the unknowns every time, once."""
+    matrix, right = _system(felupe, at)
+    symmetric = SamePattern(pattern, "superlu")
+    calls = {
+        "SuperLU as poro sets it, linear": lambda: symmetric(matrix, right),
+        "SciPy's spsolve, linear": lambda: spsolve(matrix, right),
+    }
+    return _in_turns(calls, 1)[0]
+
+
+def _system(felupe: FelupeProblem, at: Solution) -> tuple[Any, Floats]:
     felupe.forces(at.displacement)
     matrix = felupe.matrix()[felupe.free][:, felupe.free]
-    right = np.cos(np.arange(matrix.shape[0]))
-    theirs = SamePattern(pattern)
-    calls: dict[str, Callable[[], Floats]] = {
-        "poro, linear": lambda: poro.linear(tangent, right),
-        "FElupe, linear": lambda: theirs(matrix, right),
-    }
-    for call in calls.values():
-        call()  # analyses
-    seconds = _in_turns(calls, repeats)[0]
-    if scipy:
-        symmetric = SamePattern(pattern, "superlu")
-        others = {
-            "SuperLU as poro sets it, linear": lambda: symmetric(matrix, right),
-            "SciPy's spsolve, linear": lambda: spsolve(matrix, right),
-        }
-        seconds.update(_in_turns(others, 1)[0])
-    return seconds
+    return matrix, np.cos(np.arange(matrix.shape[0]))
 
 
 def _in_turns(calls: dict[str, Callable[[], Any]], repeats: int) -> tuple[dict[str, Floats], dict[str, Any]]:
