@@ -35,8 +35,8 @@ from stages.settings import DomainSettings
 
 logger = start_log("benchmarks.optimiser")
 
-#: m, k, layers of the coarse mesh, 288 cells, and design updates on it.
-COARSE, COARSE_UPDATES = (4, 1, 6), 15
+#: m, k, layers of the coarse mesh, 384 cells, and design updates on it.
+COARSE, COARSE_UPDATES = (4, 2, 6), 15
 #: Points of the table: parts of the budget, and evaluations.
 PARTS, EVALUATIONS = (0.1, 0.2, 0.4, 0.7, 1.0), (5, 10, 20, 30)
 
@@ -113,9 +113,15 @@ class Continuation:
 
 
 def prolonged(coarse: HalfCylinder, chi: Floats, fine: HalfCylinder) -> Floats:
-    """χ at the vertices of another mesh of the same half cylinder, interpolated in the cells, (n_vertices,)."""
+    """χ at the vertices of another mesh of the same half cylinder, interpolated in the cells, (n_vertices,).
+
+    Vertices between the coarse mesh's facets and the wall take the value below them.
+    """
+    inscribed = (1.0 - 1e-9) * coarse.radius * np.cos(np.pi / (8 * coarse.core_cells))
+    points = fine.points.copy()
+    points[:, 1:] *= (inscribed / np.maximum(np.hypot(points[:, 1], points[:, 2]), inscribed))[:, None]
     cells = coarse.cells[:, vtk_order()[:8]]
-    scalars, _ = sampled(coarse.points, cells, fine.points, {"chi": chi}, np.zeros((len(chi), 3)))
+    scalars, _ = sampled(coarse.points, cells, points, {"chi": chi}, np.zeros((len(chi), 3)))
     return scalars["chi"]
 
 
