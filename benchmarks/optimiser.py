@@ -27,7 +27,7 @@ from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
 from actuator.reduced import Evaluation, ReducedObjective
 from benchmarks.gradient_descent import GradientDescent
-from benchmarks.tables import RESULTS, Row, markdown, start_log, write_csv, write_markdown
+from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 from pipeline.case import find_case, read_case
 from pipeline.vtkhdf import vtk_order
 from stages.optimize import Settings
@@ -39,6 +39,10 @@ logger = start_log("benchmarks.optimiser")
 COARSE, COARSE_UPDATES = (4, 2, 6), 15
 #: Points of the table: parts of the budget, and evaluations.
 PARTS, EVALUATIONS = (0.1, 0.2, 0.4, 0.7, 1.0), (5, 10, 20, 30)
+
+
+#: By variant, one row per accepted design.
+Curves = dict[str, list[Row]]
 
 
 class Search(Protocol):
@@ -167,28 +171,15 @@ class Race:
 
     def __init__(self, settings: Settings, chosen: dict[str, Callable[[ReducedObjective], Search]]) -> None:
         objectives = {name: case(settings, settings.domain) for name in chosen}
-        self.one_evaluation = self._evaluation(next(iter(objectives.values())), settings)
         self.seconds: dict[str, float] = {}
-        self.curves: dict[str, list[Row]] = {}
+        self.curves: Curves = {}
         self._searches: dict[str, Search] = {}
         for name, begin in chosen.items():
-            objectives[name].equilibrium.refresh()
             began = process_time()
             self._searches[name] = begin(objectives[name])
             self.seconds[name] = process_time() - began
             self.curves[name] = []
             self._note(name)
-
-    @staticmethod
-    def _evaluation(objective: ReducedObjective, settings: Settings) -> float:
-        """CPU seconds of the initial design from rest with its gradient, median of three after the first."""
-        chi, times = start(objective.domain, settings), []
-        for _ in range(4):
-            objective.equilibrium.refresh()
-            began = process_time()
-            objective.gradient(objective.evaluate(chi))
-            times.append(process_time() - began)
-        return median(times[1:])
 
     def run(self, budget: float, noted: Callable[[], object]) -> None:
         """Advance whichever has used the least time, until all have used the budget or are finished."""
@@ -221,57 +212,67 @@ class Race:
 
 def reached(curve: list[Row], column: str, limit: float) -> Row | None:
     """The last design of a curve with no more of a column than this; None before the first, and on a coarse mesh."""
-    found = [row for row in curve if float(str(row[column])) <= limit]
+    found = [row for row in curve if _number(row, column) <= limit]
     return found[-1] if found and not found[-1]["mesh"] else None
 
 
-def _cell(row: Row | None) -> str:
-    return "" if row is None else f"{row['C']:.4f} ({row['C0']:.4f})"
+def _number(row: Row, column: str) -> float:
+    return float(str(row[column]))
 
 
-def write(race: Race, budget: float) -> Path:
-    """Tables, CSV and plot of what there is."""
+def _cell(curve: list[Row], column: str, limit: float) -> str:
+    """C and C0 at a limit; nothing where the curve has not come so far."""
+    row = reached(curve, column, limit)
+    ended = _number(curve[-1], column) < limit
+    return "" if row is None or ended else f"{_number(row, 'C'):.4f} ({_number(row, 'C0'):.4f})"
+
+
+def write(curves: Curves) -> Path:
+    """Tables, CSV and plot of what there is, up to the least CPU time that a variant has used."""
+    budget = min(_number(curve[-1], "cpu_s") for curve in curves.values())
     at_time: list[Row] = [
         {
             "C (C0) at equal CPU time": name,
-            **{f"{p * budget:.0f} s": _cell(reached(curve, "cpu_s", p * budget)) for p in PARTS},
-            "evaluations": curve[-1]["evaluations"],
+            **{f"{part * budget:.1f} s": _cell(curve, "cpu_s", part * budget) for part in PARTS},
+            "evaluations": (reached(curve, "cpu_s", budget) or {"evaluations": ""})["evaluations"],
         }
-        for name, curve in race.curves.items()
+        for name, curve in curves.items()
     ]
     at_count: list[Row] = [
         {
             "C (C0) at equal evaluations": name,
-            **{str(n): _cell(reached(curve, "evaluations", n)) if _has(curve, n) else "" for n in EVALUATIONS},
+            **{f"after {n}": _cell(curve, "evaluations", n) for n in EVALUATIONS},
         }
-        for name, curve in race.curves.items()
+        for name, curve in curves.items()
     ]
-    write_csv("optimiser", [row for curve in race.curves.values() for row in curve])
-    unit = (
-        f"One evaluation of the initial design from rest with its gradient took {race.one_evaluation:.2f} s of CPU "
-        "time in the same process."
-    )
+    write_csv("optimiser", [row for curve in curves.values() for row in curve])
+    first = median(_number(curve[0], "cpu_s") for curve in curves.values() if not curve[0]["mesh"])
+    unit = f"The initial design from rest with its gradient, the first row of each curve, took {first:.2f} s (median)."
     parts = [markdown(at_time), unit, markdown(at_count), "![C against CPU time and evaluations](optimiser.png)"]
     path = write_markdown("optimiser", "Variants of the optimiser, small mesh, one thread", parts)
-    _plot(race)
+    _plot(curves)
     return path
 
 
-def _has(curve: list[Row], evaluations: int) -> bool:
-    return int(str(curve[-1]["evaluations"])) >= evaluations
+def read() -> Curves:
+    """The curves of an earlier run."""
+    curves: Curves = {}
+    for row in read_csv("optimiser"):
+        curves.setdefault(row["variant"], []).append(row)
+    return curves
 
 
-def _plot(race: Race) -> None:
+def _plot(curves: Curves) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4.2), layout="constrained", sharey=True)
-    for name, curve in race.curves.items():
+    for name, curve in curves.items():
         fine = [row for row in curve if not row["mesh"]]
         for axis, column in zip(axes, ("cpu_s", "evaluations"), strict=True):
-            axis.plot([row[column] for row in fine], [row["C"] for row in fine], ".-", ms=3, lw=1, label=name)
+            axis.plot(*([_number(row, key) for row in fine] for key in (column, "C")), ".-", ms=3, lw=1, label=name)
     axes[0].set(xlabel="CPU seconds", ylabel="C", ylim=(-0.18, 0.05))
     axes[1].set(xlabel="designs evaluated, of all meshes")
     axes[0].legend(fontsize=7)
@@ -285,13 +286,17 @@ def main() -> None:
     """Run all variants and write the results, also as they grow."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--budget", type=float, default=90.0, help="CPU seconds of each variant")
+    parser.add_argument("--redraw", action="store_true", help="only write the tables and the plot of the CSV anew")
     options = parser.parse_args()
+    if options.redraw:
+        logger.info(write(read()).read_text(encoding="utf-8"))
+        return
     compile_kernels()
     numba.set_num_threads(1)
     settings = read_case(find_case(Path("quick.yaml")))[0].optimize
     race = Race(settings, variants(settings))
-    race.run(options.budget, lambda: write(race, options.budget))
-    logger.info(write(race, options.budget).read_text(encoding="utf-8"))
+    race.run(options.budget, lambda: write(race.curves))
+    logger.info(write(race.curves).read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":
