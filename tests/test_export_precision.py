@@ -51,8 +51,10 @@ def test_variants_of_a_tube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(export_precision, "RESULTS", tmp_path)
     monkeypatch.setattr(tables, "RESULTS", tmp_path)
     domain = half_cylinder(3, 2, 4)
-    coarse, default, decimated = measure(domain, start_of(domain), 1, ((1, 0.1, 0.0), DEFAULT, (2, 0.1, 0.05)))
+    parts, finest = measure(domain, start_of(domain), 1, ((1, 0.1, 0.0), DEFAULT, (2, 0.1, 0.05)))
+    coarse, default, decimated = parts
     assert default.seconds == 1.0
+    assert finest.maximum < default.own
     assert default.limit < coarse.limit
     assert default.limit_rms < coarse.limit_rms
     assert default.own < coarse.own
@@ -61,7 +63,7 @@ def test_variants_of_a_tube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert decimated.size < default.size
     assert 0.0 < decimated.moved <= 0.05
     assert default.moved == 0.0
-    text = export_precision.write([coarse, default, decimated], "precision", "A tube")
+    text = export_precision.write(parts, finest, "precision", "A tube")
     assert text.count("\n| ") == 5
     assert (tmp_path / "precision.csv").exists()
     assert (tmp_path / "precision.png").exists()
