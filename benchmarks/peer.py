@@ -125,9 +125,9 @@ def measure(mesh: tuple[int, int, int], repeats: int) -> tuple[dict[str, float],
     figures["L2 difference of u, FElupe with its 27 points"] = compare(ours, other, case, state)["L2 difference of u"]
     del gauss, other
     counts = {
-        "unknowns": float(pattern.shape[0]),
-        "Newton steps, poro": float(ours.iterations),
-        "Newton steps, FElupe": float(theirs.iterations),
+        "unknowns": pattern.shape[0],
+        "Newton steps, poro": ours.iterations,
+        "Newton steps, FElupe": theirs.iterations,
         "share of the linear solver, poro": ours.linear_seconds / ours.seconds,
         "share of the linear solver, FElupe": theirs.linear_seconds / theirs.seconds,
     }
