@@ -273,7 +273,8 @@ def _plot(curves: Curves) -> None:
         fine = [row for row in curve if not row["mesh"]]
         for axis, column in zip(axes, ("cpu_s", "evaluations"), strict=True):
             axis.plot(*([_number(row, key) for row in fine] for key in (column, "C")), ".-", ms=3, lw=1, label=name)
-    axes[0].set(xlabel="CPU seconds", ylabel="C", ylim=(-0.18, 0.05))
+    axes[0].set(xlabel="CPU seconds", ylabel="C")
+    axes[0].set_ylim(top=0.05)
     axes[1].set(xlabel="designs evaluated, of all meshes")
     axes[0].legend(fontsize=7)
     for axis in axes:
