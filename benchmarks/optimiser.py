@@ -121,11 +121,8 @@ def prolonged(coarse: HalfCylinder, chi: Floats, fine: HalfCylinder) -> Floats:
 
     Vertices between the coarse mesh's facets and the wall take the value below them.
     """
-    inscribed = (1.0 - 1e-9) * coarse.radius * np.cos(np.pi / (8 * coarse.core_cells))
-    points = fine.points.copy()
-    points[:, 1:] *= (inscribed / np.maximum(np.hypot(points[:, 1], points[:, 2]), inscribed))[:, None]
     cells = coarse.cells[:, vtk_order()[:8]]
-    scalars, _ = sampled(coarse.points, cells, points, {"chi": chi}, np.zeros((len(chi), 3)))
+    scalars, _ = sampled(coarse.points, cells, fine.points, {"chi": chi}, np.zeros((len(chi), 3)))
     return scalars["chi"]
 
 

@@ -36,9 +36,21 @@ def sampled(
     for name, values in names.items():
         grid.point_data[name] = values
     mirrored = (points[:, 1] < 0.0)[:, None]
-    found: Any = pyvista.PolyData(np.where(mirrored, points * MIRROR, points)).sample(grid, snap_to_closest_point=True)
+    places = np.where(mirrored, points * MIRROR, points)
+    found = _probe(grid, places)
+    outside = found["vtkValidPointMask"] == 0
+    if outside.any():
+        _, nearest = grid.find_closest_cell(places[outside], return_closest_point=True)
+        places[outside] = nearest
+        found = _probe(grid, places)
     moved = np.asarray(found["vector"], dtype=np.float64)
     return (
         {name: np.asarray(found[f"scalar {name}"], dtype=np.float64) for name in scalars},
         np.where(mirrored, moved * MIRROR, moved),
     )
+
+
+def _probe(grid: Any, places: Floats) -> Any:
+    import pyvista  # as in sampled
+
+    return pyvista.PolyData(places).sample(grid, snap_to_closest_point=True)
