@@ -1,0 +1,3 @@
+NAME = "work_precision"
+REFERENCE = "reference"
+def write_report(rows): ...
