@@ -35,7 +35,7 @@ def hexahedron_14() -> tuple[Floats, Floats]:
 
 
 def hexahedron_gauss(order: int) -> tuple[Floats, Floats]:
-    """Gauss's rule with ``order`` points along each edge of [0, 1]³; exact through degree 2 order - 1 in each variable."""
+    """Gauss's rule with ``order`` points along each edge of [0, 1]³; exact to degree 2 order - 1 in each variable."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     points = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij")).reshape(3, -1)
     return 0.5 * (1.0 + points), np.einsum("i,j,k->ijk", weights, weights, weights).ravel() / 8.0

@@ -18,7 +18,8 @@ class Scheme:
         element: of the displacements: the 20-node serendipity hexahedron, or the trilinear one with 8 nodes. Of second
             derivatives, which c_r penalises, the latter has only the mixed ones in reference coordinates and those
             that the map of non-affine cells adds: c_r then acts on the warping of cells, not on their bending.
-        quadrature: points per cell: 8 (Gauss, degree 3), 14 (Stroud, degree 5) or 27 (Gauss, degree 5 in each variable).
+        quadrature: points per cell: 8 (Gauss, degree 3), 14 (Stroud, degree 5) or 27 (Gauss, degree 5 in each
+            variable).
         precision: of the factors of the mechanical block, which only precondition.
         forcing: largest relative residual that is left by the linear solve of a Newton step.
 

@@ -189,9 +189,7 @@ def displacement_errors(domain: HalfCylinder, u: Floats) -> Floats:
 
 def pressure_errors(domain: HalfCylinder, p: Floats) -> Floats:
     """Relative errors (L2, H1) of p (n_vertices, 1), (2,)."""
-    return errors(
-        domain, p, lambda X: pressure(X)[..., None], lambda X: pressure_gradient(X)[..., None, :]
-    )
+    return errors(domain, p, lambda X: pressure(X)[..., None], lambda X: pressure_gradient(X)[..., None, :])
 
 
 def meshes(levels: int) -> list[HalfCylinder]:
