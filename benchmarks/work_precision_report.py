@@ -21,6 +21,8 @@ ERRORS = (*QUANTITIES, "gradient")
 #: A variant beats the default where no error is larger by more than noise, and time is a fifth less.
 EQUAL = 1.01
 FASTER = 0.8
+#: Highest order that the reference is trusted with: that of the trilinear p and χ and of the polygon round the section.
+HIGHEST_ORDER = 2.0
 #: Beginnings of the names of variants that solve the same discretised equations as the default.
 SAME_DISCRETISATION = ("default", "Newton", "Krylov", "adjoint", "double")
 #: Mark and colour of each kind of variant, by the beginning of its name.
@@ -165,7 +167,10 @@ def beats(ratio: float, error: Floats | None, default: Floats | None) -> bool:
 
 
 def richardson(sizes: Floats, values: Floats) -> tuple[float, float]:
-    """Order and limit of v(h) = v0 + a h^q through three meshes, finest last; not a number if they do not converge.
+    """Order q and limit v0 of v(h) = v0 + a h^q through three meshes, finest last; not numbers if they do not converge.
+
+    An order above :data:`HIGHEST_ORDER` is a chance of coarse meshes: the limit then is that of this order through the
+    two finest.
 
     Args:
         sizes: h, (3,), in any unit.
@@ -179,10 +184,11 @@ def richardson(sizes: Floats, values: Floats) -> tuple[float, float]:
     # The ratio of the differences decides the order.
     mismatch = np.abs((h[1] - h[2]) / (h[0] - h[1]) - second / first)
     order = float(orders[mismatch.argmin()])
-    if order in (orders[0], orders[-1]):
+    if order == orders[0]:
         return np.nan, np.nan
-    slope = second / (sizes[2] ** order - sizes[1] ** order)
-    return order, float(values[2] - slope * sizes[2] ** order)
+    trusted = min(order, HIGHEST_ORDER)
+    slope = second / (sizes[2] ** trusted - sizes[1] ** trusted)
+    return order, float(values[2] - slope * sizes[2] ** trusted)
 
 
 def _reference_text(references: Sequence[Row]) -> str:
@@ -204,6 +210,7 @@ def _reference_text(references: Sequence[Row]) -> str:
                 else f"order {order:.1f}, its own error {abs(values[2] / limit - 1):.1e}"
             )
         )
+    text += f"An order above {HIGHEST_ORDER:.0f} is not believed: the error then is that for {HIGHEST_ORDER:.0f}. "
     return text + f"From {', '.join(str(cells(row)) for row in references[-3:])} cells: {'; '.join(estimates)}."
 
 

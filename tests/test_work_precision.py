@@ -69,6 +69,13 @@ def test_richardson_finds_order_and_limit() -> None:
     assert np.isnan(work_precision_report.richardson(h, np.array([1.0, 1.1, 1.05]))).all()
 
 
+def test_richardson_does_not_believe_a_high_order() -> None:
+    h = np.array([1.0, 0.7, 0.4])
+    order, limit = work_precision_report.richardson(h, 2.0 - 0.3 * h**4)
+    assert order == pytest.approx(4.0, abs=2e-3)
+    assert limit == pytest.approx(2.0 - 0.3 * 0.4**4 + 0.3 * (0.7**4 - 0.4**4) / (0.7**2 / 0.4**2 - 1.0), abs=1e-6)
+
+
 def test_benchmark_measures_once_and_writes_table_and_plot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for module in (tables, work_precision, work_precision_report):
         monkeypatch.setattr(module, "RESULTS", tmp_path)
