@@ -5,7 +5,7 @@
 :mod:`benchmarks.work_precision` judges tolerances by C0 against the error of the mesh. The optimiser compares values of
 C on one mesh, where that error cancels, and C holds the penalties of leak and strain, weighted by 1e6. Here a design is
 evaluated on the mesh it was made on, from the state of a neighbour, with several tolerances, and compared with
-tight ones. Writes a table to ``benchmarks/results``.
+tight ones; the parameters are the paper's. Writes a table to ``benchmarks/results``.
 """
 
 from __future__ import annotations

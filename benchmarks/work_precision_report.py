@@ -238,7 +238,7 @@ def _plot(panels: dict[str, list[Line]]) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 
     figure, grid = pyplot.subplots(len(panels), 2, figsize=(10, 4.2 * len(panels)), layout="constrained", squeeze=False)
     for axes, (design, lines) in zip(grid, panels.items(), strict=True):
@@ -253,6 +253,9 @@ def _plot(panels: dict[str, list[Line]]) -> None:
                 if points:
                     axis.loglog(*zip(*points, strict=True), mark + line, color=colour, label=kind, ms=size, mfc="none")
             axis.set(xlabel=f"relative {label}", ylabel="processor seconds", title=f"{design} design")
+            axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.xaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+            axis.xaxis.set_minor_formatter(ticker.NullFormatter())
             axis.grid(True, which="both", alpha=0.3)
         axes[1].legend(fontsize=8)
     figure.savefig(RESULTS / f"{NAME}.png", dpi=100)

@@ -10,7 +10,7 @@ import pytest
 from physics import LENGTH, RADIUS, Floats, half_cylinder
 
 from actuator.domain import HalfCylinder
-from benchmarks import tables, work_precision, work_precision_report
+from benchmarks import tables, tolerances, work_precision, work_precision_report
 from benchmarks.designs import carried, directions
 
 COARSE, FINE = half_cylinder(4, 2, 5), HalfCylinder(RADIUS, LENGTH, 7, 3, 8)
@@ -106,3 +106,17 @@ def test_benchmark_measures_once_and_writes_table_and_plot(monkeypatch: pytest.M
     before = (tmp_path / "work_precision.csv").read_text()
     work_precision.main()
     assert (tmp_path / "work_precision.csv").read_text() == before
+
+
+def test_tolerances_of_a_stored_design(finished: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(tables, "RESULTS", tmp_path)
+    monkeypatch.setattr(sys, "argv", ["tolerances", "--design", str(finished / "tiny.h5")])
+    tolerances.main()
+    head, _, *rows = (tmp_path / "tolerances.md").read_text().splitlines()[4:]
+    columns = [name.strip() for name in head.split("|")[1:-1]]
+    table = [dict(zip(columns, map(str.strip, row.split("|")[1:-1]), strict=True)) for row in rows]
+    assert [float(row["state"]) for row in table] == [1e-11, 1e-2, 1e-4, 1e-6, 1e-8, 1e-8]
+    errors = [float(row["relative error of dC/dχ"]) for row in table]
+    assert errors[0] == 0.0
+    assert errors[4] < 1e-5
+    assert errors[4] < 0.1 * errors[1]
