@@ -11,6 +11,7 @@ import numpy as np
 
 from actuator.domain import Floats, HalfCylinder, Ints
 from actuator.parameters import Load
+from actuator.scheme import Element
 
 
 class Kinematics:
@@ -19,9 +20,12 @@ class Kinematics:
     Attributes:
         index: reduced index of each displacement component, (n_nodes, 3); -1 where fixed, by symmetry or by the arm.
         size: length of x.
+
+    With the 8-node element the vertices alone have displacements of their own. Edge midpoints then take the mean of
+    their edge's ends, which is where the trilinear field puts them, and no force acts on them.
     """
 
-    def __init__(self, domain: HalfCylinder, load: Load) -> None:
+    def __init__(self, domain: HalfCylinder, load: Load, element: Element = "hex20") -> None:
         self.tip: Ints = domain.tip_nodes
         self.tip_height: Floats = domain.nodes[self.tip, 2]
         self.load = load
@@ -29,6 +33,10 @@ class Kinematics:
         free[domain.fixed_nodes] = False
         free[self.tip] = False
         free[domain.symmetry_nodes, 1] = False
+        self._edges: Ints | None = None
+        if element == "hex8":
+            self._edges = domain.edges
+            free[domain.mesh.nvertices :] = False
         self._free = np.flatnonzero(free.ravel())
         self.size = len(self._free) + 3
         self.index: Ints = np.full(free.shape, -1, dtype=np.int64)
@@ -41,6 +49,11 @@ class Kinematics:
         height, angle = self.tip_height, x[-1]
         u[self.tip, 0] = x[-3] + height * np.sin(angle)
         u[self.tip, 2] = x[-2] - height * (1.0 - np.cos(angle))
+        return self._completed(u)
+
+    def _completed(self, u: Floats) -> Floats:
+        if self._edges is not None:
+            u[len(u) - len(self._edges) :] = 0.5 * (u[self._edges[:, 0]] + u[self._edges[:, 1]])
         return u
 
     def reduced(self, u: Floats, arm: Floats) -> Floats:
@@ -61,7 +74,7 @@ class Kinematics:
         u = np.zeros(self.index.shape, dtype=np.result_type(x, dx))
         u.ravel()[self._free] = dx[:-3]
         u[self.tip] = self.tip_directions(x[-1]) @ dx[-3:]
-        return u
+        return self._completed(u)
 
     def force(self, x: Floats, nodal: Floats) -> Floats:
         """Transpose of :meth:`variation`: reduced forces of nodal forces (n_nodes, 3)."""

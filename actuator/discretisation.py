@@ -11,7 +11,8 @@ from skfem import Basis, BilinearForm, ElementHex1, ElementHexS2, FacetBasis, Me
 from skfem.helpers import dot, grad
 
 from actuator.domain import Floats, HalfCylinder, Ints
-from actuator.quadrature import hexahedron_14
+from actuator.quadrature import hexahedron_rule
+from actuator.scheme import DEFAULT, Scheme
 
 
 class Geometry(NamedTuple):
@@ -22,9 +23,10 @@ class Geometry(NamedTuple):
         section: section cell of each cell, (n_cells,); index into the arrays below.
         shape: trilinear shape functions, (n_q, 8).
         gradient: their gradients, (n_section, n_q, 8, 3), 1/mm.
-        gradient20: gradients of the 20-node serendipity functions, (n_section, n_q, 20, 3), 1/mm.
+        gradient20: gradients of the 20-node serendipity functions, (n_section, n_q, 20, 3), 1/mm; for the 8-node
+            element those of the trilinear functions, and zero for the other 12 nodes, which then carry nothing.
         volume: quadrature weight times det of the map, (n_section, n_q), mm³.
-        hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j, (n_section, 20, 20), 1/mm.
+        hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_section, 20, 20), 1/mm.
     """
 
     cells: Ints
@@ -38,21 +40,22 @@ class Geometry(NamedTuple):
 
 
 class Discretisation:
-    """Finite-element spaces on a :class:`HalfCylinder`: trilinear χ and p, 20-node serendipity u."""
+    """Finite-element spaces on a :class:`HalfCylinder`: trilinear χ and p, 20-node serendipity (or trilinear) u."""
 
-    def __init__(self, domain: HalfCylinder) -> None:
+    def __init__(self, domain: HalfCylinder, scheme: Scheme = DEFAULT) -> None:
         self.domain = domain
-        points, weights = hexahedron_14()
+        points, weights = hexahedron_rule(scheme.quadrature)
         self.rule = points, weights
+        element = ElementHexS2() if scheme.element == "hex20" else ElementHex1()
         layer = MeshHex(
             np.ascontiguousarray(domain.mesh.p[:, : 2 * domain.section_points]),
             np.ascontiguousarray(domain.mesh.t[:, : domain.section_cells]),
         )
         linear = Basis(layer, ElementHex1(), quadrature=self.rule)
-        quadratic = Basis(layer, ElementHexS2(), quadrature=self.rule)
+        displacements = Basis(layer, element, quadrature=self.rule)
         shape = np.stack([np.broadcast_to(b[0], linear.dx.shape)[0] for b in linear.basis], axis=-1)
         gradient = np.stack([b[0].grad for b in linear.basis]).transpose(2, 3, 0, 1)
-        gradient20 = np.stack([b[0].grad for b in quadratic.basis]).transpose(2, 3, 0, 1)
+        slopes = np.stack([b[0].grad for b in displacements.basis]).transpose(2, 3, 0, 1)
         volume = np.array(linear.dx)
         self.section_points: Floats = np.asarray(linear.global_coordinates()).transpose(1, 2, 0)
         self.geometry = Geometry(
@@ -61,9 +64,9 @@ class Discretisation:
             np.tile(np.arange(domain.section_cells), domain.layers),
             np.ascontiguousarray(shape),
             np.ascontiguousarray(gradient),
-            np.ascontiguousarray(gradient20),
+            _padded(np.ascontiguousarray(slopes), 2),
             volume,
-            _hessian_products(layer, points, gradient, gradient20, volume),
+            _padded(_hessian_products(layer, element, points, slopes, volume), 1, 2),
         )
 
     @property
@@ -99,21 +102,29 @@ class Discretisation:
         return sp.csr_array(BilinearForm(lambda u, v, _: u * v / area).assemble(basis))
 
 
-def _hessian_products(mesh: MeshHex, points: Floats, gradient: Floats, gradient20: Floats, volume: Floats) -> Floats:
+def _padded(values: Floats, *axes: int) -> Floats:
+    """Zeros behind, up to the 20 nodes for which the element loops are compiled."""
+    widths = [(0, 20 - length if axis in axes else 0) for axis, length in enumerate(values.shape)]
+    return np.pad(values, widths) if any(after for _, after in widths) else values
+
+
+def _hessian_products(
+    mesh: MeshHex, element: ElementHex1 | ElementHexS2, points: Floats, slopes: Floats, volume: Floats
+) -> Floats:
     """Integrals of products of second derivatives, with the terms the trilinear map of curved cells adds.
 
     ∂²N/∂X_i∂X_j = ∂ξ_a/∂X_i ∂ξ_b/∂X_j (∂²N/∂ξ_a∂ξ_b - ∂N/∂X_k ∂²X_k/∂ξ_a∂ξ_b)
     """
-    second20 = _reference_second_derivatives(ElementHexS2(), points)  # (20, 3, 3, n_q)
+    second = _reference_second_derivatives(element, points)  # (n_shape, 3, 3, n_q)
     second8 = _reference_second_derivatives(ElementHex1(), points)
     corner = mesh.p[:, mesh.t]  # (3, 8, n)
     inverse = _inverse_map(mesh, points)  # (a, i, n, n_q): ∂ξ_a/∂X_i
     curvature = np.einsum("kcn,cabq->kabnq", corner, second8)
-    product = np.zeros((mesh.nelements, 20, 20))
+    product = np.zeros((mesh.nelements, len(second), len(second)))
     for q in range(points.shape[1]):
-        reference = second20[None, ..., q] - np.einsum("nck,kabn->ncab", gradient20[:, q], curvature[..., q])
+        reference = second[None, ..., q] - np.einsum("nck,kabn->ncab", slopes[:, q], curvature[..., q])
         physical = np.einsum("ain,bjn,ncab->ncij", inverse[..., q], inverse[..., q], reference)
-        flat = physical.reshape(mesh.nelements, 20, 9)
+        flat = physical.reshape(mesh.nelements, len(second), 9)
         product += volume[:, q, None, None] * (flat @ flat.transpose(0, 2, 1))
     return product
 

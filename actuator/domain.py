@@ -127,6 +127,11 @@ class HalfCylinder:
         return np.ascontiguousarray(self._quadratic.doflocs.T)
 
     @cached_property
+    def edges(self) -> Ints:
+        """Vertices at the ends of the edges, (n_edges, 2), in the order of the midpoints among :attr:`nodes`."""
+        return np.ascontiguousarray(self.mesh.edges.T)
+
+    @cached_property
     def node_cells(self) -> Ints:
         """20-node connectivity, (n_cells, 20), in scikit-fem's local order."""
         return np.ascontiguousarray(self._quadratic.element_dofs.T)

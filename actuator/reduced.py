@@ -16,6 +16,7 @@ from actuator.domain import Floats, HalfCylinder
 from actuator.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
+from actuator.scheme import DEFAULT, Scheme
 from actuator.state import Equilibrium, State
 
 TERMS = ("C0", "C_chi", "C_A", "C_i", "C_p", "C_psi")
@@ -72,10 +73,11 @@ class ReducedObjective:
         adjoint_tolerance: float = 1e-10,
         solver: SolverName = "auto",
         threads: int = 2,
+        scheme: Scheme = DEFAULT,
     ) -> None:
         self.domain, self.load, self.objective = domain, load, objective
         self.equilibrium = Equilibrium(
-            domain, material, load, objective, tolerance=state_tolerance, solver=solver, threads=threads
+            domain, material, load, objective, tolerance=state_tolerance, solver=solver, threads=threads, scheme=scheme
         )
         self.discretisation = self.equilibrium.discretisation
         self.design = DesignObjective(self.discretisation, objective, self.equilibrium.tangent.darcy)

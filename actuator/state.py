@@ -19,6 +19,7 @@ from actuator.kernels import residual
 from actuator.linear import SolverName, gmres, make_solver
 from actuator.material import Coefficients
 from actuator.parameters import Load, Material, Objective
+from actuator.scheme import DEFAULT, Scheme
 from actuator.source import pressure_source
 from actuator.tangent import Tangent
 from actuator.tangent_kernels import darcy_metric, darcy_tangent
@@ -93,8 +94,8 @@ class Equilibrium:
         tolerance: relative residual of a converged state.
         solver: name of the direct solver.
         threads: used by the direct solver.
-
-    The mechanical block is factorised in single precision: it only preconditions, and costs half.
+        scheme: numerical choices. By default the mechanical block is factorised in single precision: it only
+            preconditions, and costs half.
     """
 
     def __init__(
@@ -107,11 +108,12 @@ class Equilibrium:
         tolerance: float = 1e-8,
         solver: SolverName = "auto",
         threads: int = 2,
+        scheme: Scheme = DEFAULT,
     ) -> None:
-        self.domain = domain
-        self.discretisation = Discretisation(domain)
+        self.domain, self.scheme = domain, scheme
+        self.discretisation = Discretisation(domain, scheme)
         self.geometry = self.discretisation.geometry
-        self.kinematics = Kinematics(domain, load)
+        self.kinematics = Kinematics(domain, load, scheme.element)
         self.coefficients = Coefficients.of(material, load, objective)
         self.source = pressure_source(self.discretisation.radii, domain.radius, material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
@@ -119,7 +121,12 @@ class Equilibrium:
         self.work = Work()
         mechanics, darcy = self.tangent.mechanics, self.tangent.darcy
         self.mechanical_solver = make_solver(
-            mechanics.indptr, mechanics.indices, symmetric=True, precision="single", name=solver, threads=threads
+            mechanics.indptr,
+            mechanics.indices,
+            symmetric=True,
+            precision=scheme.precision,
+            name=solver,
+            threads=threads,
         )
         self.darcy_solver = make_solver(
             darcy.indptr, darcy.indices, symmetric=True, positive_definite=True, name=solver, threads=threads
@@ -251,7 +258,7 @@ class Equilibrium:
                 return State(chi, x, p, u, now.nodal, now.norm, now.lowest)
             self._linearise(chi, x, p, now.nodal)
             # Inexact Newton: no more digits than the next iterate can use (Eisenstat & Walker 1996).
-            tolerance = max(min(1e-3, now.norm), 0.1 * self.tolerance / now.norm)
+            tolerance = max(min(self.scheme.forcing, now.norm), 0.1 * self.tolerance / now.norm)
             dx, dp = self._krylov(-now.x, -now.p, tolerance, transposed=False)
             self.work.newton += 1
             step = 1.0
