@@ -28,6 +28,8 @@ from actuator.tangent_kernels import darcy_metric, darcy_tangent
 STALE_ITERATIONS = 25
 MAX_NEWTON = 25
 MAX_KRYLOV = 120
+#: A moment on the arm weighs as much as the force that makes it at a lever of R over this: 1 mm of the paper's 15 mm.
+LEVERS = 15.0
 
 
 @dataclass
@@ -131,6 +133,10 @@ class Equilibrium:
             )
             for _ in range(2)
         )
+        # Forces and moments, displacements and the rotation, in one vector: measured so that similar cases of any size
+        # take the same way, and that no pivot is small because of units.
+        self._lever = domain.radius / LEVERS
+        self._moments = mechanics.indices == self.kinematics.size - 1
         self._stale = self._fresh = True
         self._scales: tuple[float, float] | None = None
         self._linearised_at: State | None = None
@@ -189,7 +195,17 @@ class Equilibrium:
     def norm(self, rx: Floats, rp: Floats) -> float:
         """Relative size of residuals in x and p; see :attr:`scales`."""
         force, flow = self.scales
-        return float(np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow))
+        return float(np.hypot(self.force_norm(rx) / force, np.linalg.norm(rp) / flow))
+
+    def force_norm(self, rx: Floats) -> float:
+        """Root of the sum of squares of forces, the moment counting as one at :data:`LEVERS`; N."""
+        return float(np.linalg.norm(self._per_lever(rx)))
+
+    def _per_lever(self, v: Floats) -> Floats:
+        """A copy of v (n_x,) with its last entry, which is about θ2, over the lever."""
+        v = v.copy()
+        v[-1] /= self._lever
+        return v
 
     @property
     def scales(self) -> tuple[float, float]:
@@ -202,7 +218,7 @@ class Equilibrium:
             # Forces of the pressure on the boundary of a fully pressurised void; inflow from the source at p = 0.
             rx, _, _, _ = self.residual(void, zero, p)
             _, rp, _, _ = self.residual(void, zero, 0.0 * p)
-            self._scales = (float(np.linalg.norm(rx)) or 1.0, float(np.linalg.norm(rp)) or 1.0)
+            self._scales = (self.force_norm(rx) or 1.0, float(np.linalg.norm(rp)) or 1.0)
         return self._scales
 
     # -------------------------------------------------------------------- Newton
@@ -306,10 +322,17 @@ class Equilibrium:
             self._factorise()
 
     def _factorise(self) -> None:
-        self.mechanical_solver.factorise(self.tangent.xx.data.copy())
+        data = self.tangent.xx.data.copy()
+        data[self._moments] /= self._lever
+        data[-1] /= self._lever
+        self.mechanical_solver.factorise(data)
         self.work.factorisations += 1
         self._stale = False
         self._fresh = True
+
+    def solve_mechanics(self, rx: Floats) -> Floats:
+        """K_xx⁻¹ rx, (n_x,), with the factors at hand, whose precision is single."""
+        return self._per_lever(self.mechanical_solver.solve(self._per_lever(rx), check=None))
 
     def _krylov(
         self,
@@ -330,7 +353,7 @@ class Equilibrium:
             force, flow = 1.0 / force, 1.0 / flow
 
         def scaled(x: Floats, p: Floats) -> Floats:
-            return np.concatenate([x / force, p / flow])
+            return np.concatenate([self._per_lever(x) / force, p / flow])
 
         def matvec(v: Floats) -> Floats:
             product = tangent.multiply_transposed if transposed else tangent.multiply
@@ -338,11 +361,12 @@ class Equilibrium:
 
         def precondition(r: Floats) -> Floats:
             rx, rp = force * r[:n], flow * r[n:]
+            rx[-1] *= self._lever
             if transposed:
-                zx = self.mechanical_solver.solve(rx, check=None)
+                zx = self.solve_mechanics(rx)
                 return np.concatenate([zx, self.darcy_solver.solve(rp - tangent.xp.T @ zx, check=None)])
             zp = self.darcy_solver.solve(rp, check=None)
-            return np.concatenate([self.mechanical_solver.solve(rx - tangent.xp @ zp, check=None), zp])
+            return np.concatenate([self.solve_mechanics(rx - tangent.xp @ zp), zp])
 
         x0 = None if guess is None else np.concatenate(guess)
         target = 0.5 * tolerance

@@ -124,7 +124,7 @@ def run(
     )
     optimiser = Optimiser(
         objective,
-        first_step=optimizer.first_step,
+        first_step=optimizer.first_step * limits.first_step_unit,
         tolerance=optimizer.stationarity,
         max_products=optimizer.max_products,
     )
@@ -134,7 +134,7 @@ def run(
         observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
-        start = initial_design(domain.points, domain.radius, limits.interface_width)
+        start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
         progress = optimiser.begin(start)
     else:
         progress = optimiser.resume(resume)

@@ -78,6 +78,15 @@ class ObjectiveSettings(Section):
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
     diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
+    length_unit: float = Field(
+        1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
+    )
+
+    @model_serializer(mode="wrap")
+    def _without_the_papers_unit(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave the paper's 1 mm out, for the same reason as the default law."""
+        data: dict[str, Any] = handler(self)
+        return {key: value for key, value in data.items() if key != "length_unit" or self.length_unit != 1.0}
 
 
 class ProblemSettings(Section):
