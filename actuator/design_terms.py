@@ -50,9 +50,8 @@ class DesignObjective:
         self._geometry = discretisation.geometry
         self._n = discretisation.domain.mesh.nvertices
         self.gather = gather
-        lengths = discretisation.radii, discretisation.domain.radius, objective.interface_width
-        self._limit = passive_limit(*(length / objective.length_unit for length in lengths))
-        width = objective.interface_width
+        radius, width, unit = discretisation.domain.radius, objective.interface_width, objective.length_unit
+        self._limit = passive_limit(discretisation.radii / unit, radius / unit, width / unit)
         self._weights = (
             objective.passive_weight,
             objective.area_weight / discretisation.volume ** (2.0 / 3.0) * 8.0 / width,

@@ -30,6 +30,13 @@ MAX_NEWTON = 25
 MAX_KRYLOV = 120
 #: A moment on the arm weighs as much as the force that makes it at a lever of R over this: 1 mm of the paper's 15 mm.
 LEVERS = 15.0
+#: R (mm), E (N/mm²) and k_v E / L² (1/s) of the paper, in whose units the adjoint's equations are balanced.
+BALANCED = 15.0, 2.736, 1000.0
+#: What helps where there is no state, from rest at the full pressure and from the state of another design.
+AT_REST = (
+    "raise material.hessian_regularisation, lower load.pressure_ratio, or begin with a design whose walls hold the air"
+)
+NEARBY = "take a smaller design step, or raise material.hessian_regularisation"
 
 
 @dataclass
@@ -137,6 +144,7 @@ class Equilibrium:
         # take the same way, and that no pivot is small because of units.
         self._lever = domain.radius / LEVERS
         self._moments = mechanics.indices == self.kinematics.size - 1
+        self._balance = _balance(domain, material)
         self._stale = self._fresh = True
         self._scales: tuple[float, float] | None = None
         self._linearised_at: State | None = None
@@ -253,6 +261,7 @@ class Equilibrium:
             self._stale = True
         else:
             x, p = start
+        remedy = AT_REST if start is None else NEARBY
         now = self._evaluate(chi, x, p)
         if now.lowest <= 0.0:
             raise NoState("The start of Newton's method has an inverted element: take a smaller design step.")
@@ -277,14 +286,10 @@ class Equilibrium:
                     break
                 step *= 0.5
                 if step < 1e-3:
-                    raise NoState(
-                        f"Newton's method stalled at a relative residual of {now.norm:.1e}: take a smaller design "
-                        "step, or raise material.hessian_regularisation."
-                    )
+                    raise NoState(f"Newton's method stalled at a relative residual of {now.norm:.1e}: {remedy}.")
             x, p, now = x + step * dx, p + step * dp, trial
         raise NoState(
-            f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): take a "
-            "smaller design step, or raise material.hessian_regularisation."
+            f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): {remedy}."
         )
 
     # ------------------------------------------------------------- linear solves
@@ -350,7 +355,7 @@ class Equilibrium:
         tangent, n = self.tangent, len(bx)
         force, flow = self.scales
         if transposed:
-            force, flow = 1.0 / force, 1.0 / flow
+            force, flow = 1.0 / force, 1.0 / flow / self._balance
 
         def scaled(x: Floats, p: Floats) -> Floats:
             return np.concatenate([self._per_lever(x) / force, p / flow])
@@ -400,3 +405,17 @@ class Equilibrium:
         # others a little, which half the tolerance made room for.
         coupled = tangent.xp.T @ x if transposed else tangent.px @ x
         return x, self.darcy_solver.solve(bp - coupled)
+
+
+def _balance(domain: HalfCylinder, material: Material) -> float:
+    """Factor on the adjoint's flow equations that keeps their weight beside the others what it is in the paper's case.
+
+    Derivatives per mm times a force and derivatives per N/mm² times a flow have the ratio E² / (R² k_v E / L²) in
+    their units. Without this factor a softer or larger actuator, or another unit, lets GMRES stop at a worse
+    gradient. A power of two: exact, and 1 wherever a case is near the paper's.
+    """
+    radius, youngs, rate = BALANCED
+    bulk, shear = material.bulk, material.shear
+    modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    faster = material.void_permeability * modulus / domain.length**2 / rate
+    return float(np.exp2(np.rint(np.log2((modulus / youngs * radius / domain.radius) ** 2 / faster))))

@@ -20,7 +20,7 @@ from actuator.path import Control, Point, begin, follow
 from actuator.pressurisation import Pressurisation
 from actuator.reduced import ReducedObjective
 from actuator.state import Equilibrium
-from benchmarks.stress_trial import STATE, Found, Trial, settings
+from benchmarks.stress_trial import Found, Trial, settings
 from stages.settings import DomainSettings
 
 # ------------------------------------------------------------------------------------- a spring that does not give
@@ -216,7 +216,7 @@ def skewed_trial() -> Trial:
 # --------------------------------------------------------------------------------------------- the path from rest
 
 #: Bounds the time of a path; without limit points five points lead to the full pressure.
-MOST_POINTS = 40
+MOST_POINTS = 25
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ def path_from_rest(found: Found) -> Followed:
     """Follow the trial's first design from zero to the full pressure by arc length."""
     objective = found.trial.objective()
     problem = Pressurisation(objective.equilibrium, found.trial.chi(objective.domain))
-    control = Control(most_points=MOST_POINTS, tolerance=STATE)
+    control = Control(most_points=MOST_POINTS)
     points: list[Point] = []
     reason = ""
     try:

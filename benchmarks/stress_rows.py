@@ -187,11 +187,11 @@ def meshes() -> Iterator[Row]:
 class Locking:
     """Rotation of a solid bar as ν nears 1/2; in the table beside the rows of evaluations."""
 
-    RATIOS = (0.3, 0.48, 0.499, 0.4999, 0.49999)
+    RATIOS = (0.3, 0.48, 0.4999)
 
     @cached_property
     def rows(self) -> list[dict[str, object]]:
-        found = []
+        found: list[dict[str, object]] = []
         for ratio in self.RATIOS:
             coarse, fine = bar_rotation(ratio), bar_rotation(ratio, 2)
             found.append(
@@ -252,6 +252,4 @@ def paths() -> Iterator[Row]:
     """Rows that compare Newton's method from rest with the path from zero pressure."""
     for factor in (1.0, 2.0, 3.0):
         yield Row(Trial("p_in", f"{factor:g} ×", settings(load__pressure_ratio=0.02 * factor)), follow=True)
-    for alpha in (1e-7, 1e-5):
-        yield Row(Trial("c_r / (L² K)", f"{alpha:g}", settings(material__hessian_regularisation=alpha)), follow=True)
-    yield Row(Trial("ν", "0.3", settings(material__poisson_ratio=0.3)), follow=True)
+    yield Row(Trial("c_r / (L² K)", "1e-07", settings(material__hessian_regularisation=1e-7)), follow=True)
