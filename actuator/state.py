@@ -7,6 +7,7 @@ Newton steps, the adjoint and later designs, until the iteration count says that
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import log
 
 import numpy as np
 
@@ -30,8 +31,8 @@ MAX_NEWTON = 25
 MAX_KRYLOV = 120
 #: A moment on the arm weighs as much as the force that makes it at a lever of R over this: 1 mm of the paper's 15 mm.
 LEVERS = 15.0
-#: R (mm), E (N/mm²) and k_v E / L² (1/s) of the paper, in whose units the adjoint's equations are balanced.
-BALANCED = 15.0, 2.736, 1000.0
+#: E / (Q_s R²) of the paper's case, s, at which the adjoint's equations are balanced.
+BALANCED = 2.736 / ((log(10.0) / (0.02 * 3.0)) ** 2 * 1e-3 * 15.0**2 / 2.736 * 15.0**2)
 #: What helps where there is no state, from rest at the full pressure and from the state of another design.
 AT_REST = (
     "raise material.hessian_regularisation, lower load.pressure_ratio, or begin with a design whose walls hold the air"
@@ -410,12 +411,10 @@ class Equilibrium:
 def _balance(domain: HalfCylinder, material: Material) -> float:
     """Factor on the adjoint's flow equations that keeps their weight beside the others what it is in the paper's case.
 
-    Derivatives per mm times a force and derivatives per N/mm² times a flow have the ratio E² / (R² k_v E / L²) in
-    their units. Without this factor a softer or larger actuator, or another unit, lets GMRES stop at a worse
-    gradient. A power of two: exact, and 1 wherever a case is near the paper's.
+    A derivative per N/mm² counts as much as E / R derivatives per mm; its weight, the inflow, is measured by Q_s R³.
+    Without this factor GMRES stops at a worse gradient where the actuator is softer, larger or more permeable, or is
+    given in other units. A power of two: exact, and 1 wherever a case is near the paper's.
     """
-    radius, youngs, rate = BALANCED
     bulk, shear = material.bulk, material.shear
     modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
-    faster = material.void_permeability * modulus / domain.length**2 / rate
-    return float(np.exp2(np.rint(np.log2((modulus / youngs * radius / domain.radius) ** 2 / faster))))
+    return float(np.exp2(np.rint(np.log2(modulus / (material.drainage * domain.radius**2) / BALANCED))))

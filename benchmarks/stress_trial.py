@@ -24,7 +24,7 @@ from stages.settings import DomainSettings, ProblemSettings
 MESH = {"core_cells": 4, "rings": 2, "layers": 5}
 
 #: Tighter than the program's, so that errors of the method are seen and not the tolerance.
-STATE, ADJOINT = 1e-11, 1e-12
+STATE, ADJOINT = 1e-11, 1e-11
 
 #: Step of the fourth-order central differences of χ.
 STEP = 1e-3
