@@ -7,7 +7,6 @@ Newton steps, the adjoint and later designs, until the iteration count says that
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import log
 
 import numpy as np
 
@@ -23,16 +22,13 @@ from actuator.parameters import Load, Material, Objective
 from actuator.source import pressure_source
 from actuator.tangent import Tangent
 from actuator.tangent_kernels import darcy_metric, darcy_tangent
+from actuator.weights import Lever, adjoint_balance
 
 #: Iterations of one coupled solve after which the mechanical block is factorised anew: on the paper's mesh a
 #: factorisation costs about as much as this many triangular solves.
 STALE_ITERATIONS = 25
 MAX_NEWTON = 25
 MAX_KRYLOV = 120
-#: A moment on the arm weighs as much as the force that makes it at a lever of R over this: 1 mm of the paper's 15 mm.
-LEVERS = 15.0
-#: E / (Q_s R²) of the paper's case, s, at which the adjoint's equations are balanced.
-BALANCED = 2.736 / ((log(10.0) / (0.02 * 3.0)) ** 2 * 1e-3 * 15.0**2 / 2.736 * 15.0**2)
 #: What helps where there is no state, from rest at the full pressure and from the state of another design.
 AT_REST = (
     "raise material.hessian_regularisation, lower load.pressure_ratio, or begin with a design whose walls hold the air"
@@ -141,11 +137,9 @@ class Equilibrium:
             )
             for _ in range(2)
         )
-        # Forces and moments, displacements and the rotation, in one vector: measured so that similar cases of any size
-        # take the same way, and that no pivot is small because of units.
-        self._lever = domain.radius / LEVERS
+        self.lever = Lever(domain)
         self._moments = mechanics.indices == self.kinematics.size - 1
-        self._balance = _balance(domain, material)
+        self._balance = adjoint_balance(domain, material)
         self._stale = self._fresh = True
         self._scales: tuple[float, float] | None = None
         self._linearised_at: State | None = None
@@ -204,17 +198,7 @@ class Equilibrium:
     def norm(self, rx: Floats, rp: Floats) -> float:
         """Relative size of residuals in x and p; see :attr:`scales`."""
         force, flow = self.scales
-        return float(np.hypot(self.force_norm(rx) / force, np.linalg.norm(rp) / flow))
-
-    def force_norm(self, rx: Floats) -> float:
-        """Root of the sum of squares of forces, the moment counting as one at :data:`LEVERS`; N."""
-        return float(np.linalg.norm(self._per_lever(rx)))
-
-    def _per_lever(self, v: Floats) -> Floats:
-        """A copy of v (n_x,) with its last entry, which is about θ2, over the lever."""
-        v = v.copy()
-        v[-1] /= self._lever
-        return v
+        return float(np.hypot(self.lever.norm(rx) / force, np.linalg.norm(rp) / flow))
 
     @property
     def scales(self) -> tuple[float, float]:
@@ -227,7 +211,7 @@ class Equilibrium:
             # Forces of the pressure on the boundary of a fully pressurised void; inflow from the source at p = 0.
             rx, _, _, _ = self.residual(void, zero, p)
             _, rp, _, _ = self.residual(void, zero, 0.0 * p)
-            self._scales = (self.force_norm(rx) or 1.0, float(np.linalg.norm(rp)) or 1.0)
+            self._scales = (self.lever.norm(rx) or 1.0, float(np.linalg.norm(rp)) or 1.0)
         return self._scales
 
     # -------------------------------------------------------------------- Newton
@@ -273,8 +257,7 @@ class Equilibrium:
                 p = self.pressure(chi, x)
                 now = self._evaluate(chi, x, p)
                 self.work.states += 1
-                u = self.kinematics.displacement(x)
-                return State(chi, x, p, u, now.nodal, now.norm, now.lowest)
+                return State(chi, x, p, self.kinematics.displacement(x), now.nodal, now.norm, now.lowest)
             self._linearise(chi, x, p, now.nodal)
             # Inexact Newton: no more digits than the next iterate can use (Eisenstat & Walker 1996).
             tolerance = max(min(1e-3, now.norm), 0.1 * self.tolerance / now.norm)
@@ -305,6 +288,15 @@ class Equilibrium:
             self._linearise(state.chi, state.x, state.p, state.nodal)
             self._linearised_at = state
 
+    def negative_eigenvalues(self, state: State) -> int | None:
+        """Of the mechanical tangent at a state, factorised anew; None if the solver does not tell (SuperLU).
+
+        A state that has any is not stable, not even with the pressure held.
+        """
+        self.refresh()
+        self.linearise(state)
+        return self.mechanical_solver.statistics.negative_eigenvalues
+
     def solve_tangent(
         self, state: State, rx: Floats, rp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
     ) -> tuple[Floats, Floats]:
@@ -329,16 +321,15 @@ class Equilibrium:
 
     def _factorise(self) -> None:
         data = self.tangent.xx.data.copy()
-        data[self._moments] /= self._lever
-        data[-1] /= self._lever
+        data[self._moments] /= self.lever.length
+        data[-1] /= self.lever.length
         self.mechanical_solver.factorise(data)
         self.work.factorisations += 1
-        self._stale = False
-        self._fresh = True
+        self._stale, self._fresh = False, True
 
     def solve_mechanics(self, rx: Floats) -> Floats:
         """K_xx⁻¹ rx, (n_x,), with the factors at hand, whose precision is single."""
-        return self._per_lever(self.mechanical_solver.solve(self._per_lever(rx), check=None))
+        return self.lever.off(self.mechanical_solver.solve(self.lever.off(rx), check=None))
 
     def _krylov(
         self,
@@ -359,7 +350,7 @@ class Equilibrium:
             force, flow = 1.0 / force, 1.0 / flow / self._balance
 
         def scaled(x: Floats, p: Floats) -> Floats:
-            return np.concatenate([self._per_lever(x) / force, p / flow])
+            return np.concatenate([self.lever.off(x) / force, p / flow])
 
         def matvec(v: Floats) -> Floats:
             product = tangent.multiply_transposed if transposed else tangent.multiply
@@ -367,7 +358,7 @@ class Equilibrium:
 
         def precondition(r: Floats) -> Floats:
             rx, rp = force * r[:n], flow * r[n:]
-            rx[-1] *= self._lever
+            rx[-1] *= self.lever.length
             if transposed:
                 zx = self.solve_mechanics(rx)
                 return np.concatenate([zx, self.darcy_solver.solve(rp - tangent.xp.T @ zx, check=None)])
@@ -406,15 +397,3 @@ class Equilibrium:
         # others a little, which half the tolerance made room for.
         coupled = tangent.xp.T @ x if transposed else tangent.px @ x
         return x, self.darcy_solver.solve(bp - coupled)
-
-
-def _balance(domain: HalfCylinder, material: Material) -> float:
-    """Factor on the adjoint's flow equations that keeps their weight beside the others what it is in the paper's case.
-
-    A derivative per N/mm² counts as much as E / R derivatives per mm; its weight, the inflow, is measured by Q_s R³.
-    Without this factor GMRES stops at a worse gradient where the actuator is softer, larger or more permeable, or is
-    given in other units. A power of two: exact, and 1 wherever a case is near the paper's.
-    """
-    bulk, shear = material.bulk, material.shear
-    modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
-    return float(np.exp2(np.rint(np.log2(modulus / (material.drainage * domain.radius**2) / BALANCED))))

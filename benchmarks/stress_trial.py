@@ -219,14 +219,6 @@ def gradient_error(found: Found) -> float:
     return abs(slope - measured) / (abs(measured) or 1.0)
 
 
-def negative_eigenvalues(found: Found) -> int | None:
-    """Of the mechanical tangent at the state: more than none and the state is not stable; None if SuperLU is used."""
-    equilibrium = found.objective.equilibrium
-    equilibrium.refresh()
-    equilibrium.linearise(found.at.state)
-    return equilibrium.mechanical_solver.statistics.negative_eigenvalues
-
-
 def again(trial: Trial, **changes: Any) -> Found:
     """Run a trial with some of its attributes replaced."""
     return run(replace(trial, **changes))

@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 
 VERSION = 4
 
+#: What is said of a state in which a part would not stay.
+UNSTABLE = (
+    "The last design's state is not stable: its stiffness has negative eigenvalues ({}), often of void that buckles. "
+    "Follow it from zero pressure with `poro simulate`; if that does not reach it, raise "
+    "material.hessian_regularisation or lower load.pressure_ratio."
+)
+
 
 class OptimizerSettings(Section):
     """How far and how precisely to optimise."""
@@ -141,7 +148,19 @@ def run(
         observer(Message(f"Continuing after design update {len(progress.history) - 1}."))
     report(progress)
     outcome = optimiser.run(progress, optimizer.max_updates, report)
+    if negative := _negative_eigenvalues(objective, progress.evaluation):
+        observer(Message(UNSTABLE.format(negative)))
     return _result(domain, objective, outcome, optimiser.checkpoint(progress))
+
+
+def _negative_eigenvalues(objective: ReducedObjective, at: Evaluation) -> int | None:
+    """Of the state's stiffness; None if not known. A result is not lost for want of one more factorisation."""
+    from actuator.failure import SolveFailure  # as in run
+
+    try:
+        return objective.equilibrium.negative_eigenvalues(at.state)
+    except SolveFailure:
+        return None
 
 
 def _fields(at: Evaluation) -> dict[str, Floats]:

@@ -226,7 +226,7 @@ class InnerProblem:
                 corrected = model.corrected(trial)
                 if corrected is not None:
                     gain, moved = start - self._value(corrected, dt), abs(corrected.value - trial.value)
-                    size = self._objective.equilibrium.force_norm
+                    size = self._objective.equilibrium.lever.norm
                     left = size(corrected.force) > DRIFT * size(trial.force)
                     if -gain / step.change > ENOUGH * length:
                         return _Landing(corrected, length, -gain / step.change, bool(left and moved > MATTERS * gain))
