@@ -73,8 +73,9 @@ class LoadSettings(Section):
     @field_validator("spring_ratio", mode="before")
     @classmethod
     def _not_infinite(cls, value: Any) -> Any:
-        """Refuse a spring that does not give."""
-        if isinstance(value, float | int) and value > STIFFEST_SPRING:
+        """Refuse a spring that does not give, and say what comes near it; YAML's infinity arrives as text."""
+        infinite = isinstance(value, str) and value.lower().lstrip("+.") in ("inf", "infinity")
+        if infinite or (isinstance(value, float | int) and value > STIFFEST_SPRING):
             raise ValueError(f"must be at most {STIFFEST_SPRING:g}; write 1.0e+6 for an arm whose end is held")
         return value
 

@@ -29,11 +29,9 @@ def reference() -> Found:
 
 EASY = {
     "ν 0.4999": {"material__poisson_ratio": 0.4999},
-    "E0 1e-3": {"material__stiffness_contrast": 1e-3},
     "E0 1e-9": {"material__stiffness_contrast": 1e-9},
     "k_s / k_v 1e-3": {"material__permeability_contrast": 1e-3},
     "k_s / k_v 1e-9": {"material__permeability_contrast": 1e-9},
-    "α 1e-4": {"material__hessian_regularisation": 1e-4},
     "p_in a tenth": {"load__pressure_ratio": 2e-3},
     "no spring": {"load__spring_ratio": 0.0},
 }
@@ -179,12 +177,13 @@ def test_the_length_unit_is_left_out_where_it_is_the_papers() -> None:
 
 
 def test_the_stiffest_spring_is_a_held_end(reference: Found) -> None:
-    found = run(Trial("spring", "1e6", settings(load__spring_ratio=1e6)))
+    coarse = DomainSettings(core_cells=3, rings=2, layers=4)
+    found = run(Trial("spring", "1e6", settings(load__spring_ratio=1e6).model_copy(update={"domain": coarse})))
     error, _ = held(found, reference)
     assert error < 1e-7
 
 
-@pytest.mark.parametrize("ratio", [".inf", "1.0e+7", "1" + 400 * "0"])
+@pytest.mark.parametrize("ratio", [".inf", "+.INF", "1.0e+7"])
 def test_a_stiffer_spring_is_refused_with_what_to_write(poro: Poro, tmp_path: Path, ratio: str) -> None:
     (tmp_path / "case.yaml").write_text(f"load:\n  spring_ratio: {ratio}\n")
     ended = poro("optimize", "case.yaml")
