@@ -1,7 +1,7 @@
 """Stability under stress: what converges, in how many steps, how exactly, and what the program says where it does not.
 
     NUMBA_NUM_THREADS=2 OMP_NUM_THREADS=1 python -m benchmarks.stress         # about twenty minutes
-    python -m benchmarks.stress --only parameters                             # one group; writes nothing
+    python -m benchmarks.stress --only parameters                             # one group, the others stay
 
 Each row is one case of 320 cells or fewer that differs from the paper's in one respect: state and adjoint gradient
 from rest, or a few design updates. NumPy's warnings are errors, and values that are not finite end the benchmark.
@@ -19,22 +19,22 @@ import numpy as np
 from actuator.compilation import compile_kernels
 from benchmarks.stress_checks import path_from_rest
 from benchmarks.stress_rows import (
-    Locking,
-    Row,
+    Entry,
     default,
     designs,
     equal_answers,
+    locking,
     meshes,
     parameters,
     paths,
     updates,
 )
 from benchmarks.stress_trial import Found, gradient_error, residual, run
-from benchmarks.tables import markdown, start_log, write_csv, write_markdown
+from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 
 logger = start_log("benchmarks.stress")
 
-GROUPS: dict[str, tuple[str, Callable[[], Iterable[Row]]]] = {
+GROUPS: dict[str, tuple[str, Callable[[], Iterable[Entry]]]] = {
     "parameters": ("Material and load, from rest at full pressure", parameters),
     "designs": ("Fields χ, from rest", designs),
     "meshes": ("Cells, from rest", meshes),
@@ -43,16 +43,46 @@ GROUPS: dict[str, tuple[str, Callable[[], Iterable[Row]]]] = {
     "paths": ("The state by Newton's method from rest, and the path from zero pressure in at most 25 steps", paths),
 }
 
+TITLES = {name: title for name, (title, _) in GROUPS.items()} | {
+    "locking": "A solid bar of ten radii under a small moment: rotation of 192 cells against 1,536"
+}
 
-def tabulated(row: Row, reference: Found, seconds: list[float]) -> dict[str, object]:
-    """The row's figures.
+COLUMNS = (
+    "what",
+    "value",
+    "converged",
+    "updates",
+    "Newton",
+    "Krylov",
+    "factorisations",
+    "load steps",
+    "load reached",
+    "limit points",
+    "lowest det F",
+    "negative eigenvalues",
+    "residual",
+    "gradient error",
+    "error",
+    "against",
+    "time / default",
+    "theta2",
+    "C0",
+    "rotation E I / (M L)",
+    "reason",
+)
+#: Columns that hold no numbers.
+TEXTS = ("what", "value", "converged", "against", "reason")
+
+
+def tabulated(entry: Entry, reference: Found, seconds: list[float]) -> dict[str, object]:
+    """The entry's figures.
 
     Args:
-        row: the trial and its check.
+        entry: the trial and its check.
         reference: the default's result.
         seconds: of the default, run in between; one more is added, and the last nine count by their median.
     """
-    trial = row.trial
+    trial = entry.trial
     found = run(trial)
     seconds.append(run(default()).seconds)
     steps = found.history[-1]["update"] if found.history else None
@@ -81,9 +111,9 @@ def tabulated(row: Row, reference: Found, seconds: list[float]) -> dict[str, obj
         line["theta2"], line["C0"] = float(found.at.state.arm[2]), found.at.terms["C0"]
         line["gradient error"] = gradient_error(found)
         line["negative eigenvalues"] = found.objective.equilibrium.negative_eigenvalues(found.at.state)
-        if row.check:
-            line["error"], line["against"] = row.check(found, reference)
-    if row.follow:
+        if entry.check:
+            line["error"], line["against"] = entry.check(found, reference)
+    if entry.follow:
         _along_the_path(line, found)
     logger.info(" | ".join(f"{key} {_short(value)}" for key, value in line.items() if value not in (None, "")))
     return line
@@ -112,38 +142,40 @@ def main() -> None:
     compile_kernels()
     run(default())  # loads the compiled kernels
     reference = run(default())
-    parts: list[str] = []
-    everything: list[dict[str, object]] = []
     seconds = [run(default()).seconds for _ in range(3)]
-    for name, (title, rows) in GROUPS.items():
+    for name, (_, rows) in GROUPS.items():
         if options.only and name not in options.only:
             continue
-        lines = [tabulated(row, reference, seconds) for row in rows()]
-        everything += [{"group": name, **line} for line in lines]
-        parts += [f"## {title}", _table(lines)]
+        _store(name, [tabulated(entry, reference, seconds) for entry in rows()])
     if not options.only or "locking" in options.only:
-        parts += [LOCKING, markdown(Locking().rows)]
-        logger.info(parts[-1])
-    if not options.only:
-        write_markdown("stress", "Stability under stress", [READING, *parts])
-        names = list(dict.fromkeys(key for line in everything for key in line))
-        write_csv("stress", [{key: line.get(key) for key in names} for line in everything])
+        _store("locking", locking())
 
 
-def _table(lines: list[dict[str, object]]) -> str:
-    """Markdown of the columns in which any line has something."""
-    names = list(dict.fromkeys(key for line in lines for key in line))
-    used = [key for key in names if any(line.get(key) not in (None, "") for line in lines)]
-    return markdown({key: line.get(key) for key in used} for line in lines)
+def _store(group: str, lines: list[dict[str, object]]) -> None:
+    """Replace a group's rows in the CSV, and write the Markdown of all groups."""
+    kept = read_csv("stress") if (RESULTS / "stress.csv").exists() else []
+    of_group: dict[str, list[Row]] = {name: [row for row in kept if row["group"] == name] for name in TITLES}
+    of_group[group] = [{"group": group, **{key: line.get(key) for key in COLUMNS}} for line in lines]
+    write_csv("stress", [row for rows in of_group.values() for row in rows])
+    parts = [part for name, rows in of_group.items() if rows for part in (f"## {TITLES[name]}", _table(rows))]
+    write_markdown("stress", "Stability under stress", [READING, *parts])
+
+
+def _table(rows: list[Row]) -> str:
+    """Markdown of the columns in which any row has something."""
+    used = [key for key in COLUMNS if any(row[key] not in (None, "") for row in rows)]
+    return markdown({key: _figure(row[key]) if key not in TEXTS else row[key] for key in used} for row in rows)
+
+
+def _figure(value: object) -> object:
+    """Numbers of the CSV as numbers; whole ones stay whole."""
+    if not isinstance(value, str) or not value:
+        return value
+    return int(value) if value.lstrip("-").isdigit() else float(value)
 
 
 READING = """By `python -m benchmarks.stress`; [docs/stability.md](../../docs/stability.md) says what \
 the columns mean, and what follows."""
-
-LOCKING = """## Locking
-
-Rotation of a solid bar of length 10 R under a small moment on the arm, over M L / (E I) of Euler and Bernoulli, on \
-192 cells and on eight times as many."""
 
 
 if __name__ == "__main__":
