@@ -26,6 +26,9 @@ MESH = {"core_cells": 4, "rings": 2, "layers": 5}
 #: Tighter than the program's, so that errors of the method are seen and not the tolerance.
 STATE, ADJOINT = 1e-11, 1e-11
 
+#: Terms of C that depend on the state; a derivative below this part of their sum counts as that part.
+PHYSICS, LEAST = ("C0", "C_p", "C_psi"), 1e-6
+
 #: Step of the fourth-order central differences of χ.
 STEP = 1e-3
 
@@ -211,14 +214,15 @@ def gradient_error(found: Found) -> float:
 
     def physics(h: float) -> float:
         there = objective.evaluate(at.chi + h * wave, (state.x, state.p))
-        return sum(there.terms[name] for name in ("C0", "C_p", "C_psi"))
+        return sum(there.terms[name] for name in PHYSICS)
 
     try:
         near, far = physics(STEP) - physics(-STEP), physics(2.0 * STEP) - physics(-2.0 * STEP)
     except Failure:  # a neighbour has no state: nothing to compare with
         return np.nan
     measured = (8.0 * near - far) / (12.0 * STEP)
-    return abs(slope - measured) / (abs(measured) or 1.0)
+    size = LEAST * sum(abs(at.terms[name]) for name in PHYSICS)
+    return abs(slope - measured) / (max(abs(measured), size) or 1.0)
 
 
 def again(trial: Trial, **changes: Any) -> Found:
