@@ -22,8 +22,8 @@ VERSION = 4
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
-    "The last design's state is not stable: its stiffness has negative eigenvalues ({}), often of void that buckles. "
-    "Follow it from zero pressure with `poro simulate`; if that does not reach it, raise "
+    "The last design's state is not stable: its stiffness with the pressure held has negative eigenvalues ({}), often "
+    "of void that buckles. Follow it from zero pressure with `poro simulate`; if that does not reach it, raise "
     "material.hessian_regularisation or lower load.pressure_ratio."
 )
 
