@@ -50,8 +50,8 @@ class DesignObjective:
         self._geometry = discretisation.geometry
         self._n = discretisation.domain.mesh.nvertices
         self.gather = gather
-        self._limit = passive_limit(discretisation.radii, discretisation.domain.radius, objective.interface_width)
-        width = objective.interface_width
+        radius, width, unit = discretisation.domain.radius, objective.interface_width, objective.length_unit
+        self._limit = passive_limit(discretisation.radii / unit, radius / unit, width / unit)
         self._weights = (
             objective.passive_weight,
             objective.area_weight / discretisation.volume ** (2.0 / 3.0) * 8.0 / width,
@@ -90,9 +90,9 @@ def passive_limit(radii: Floats, radius: float, interface_width: float) -> Float
     """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R).
 
     Args:
-        radii: r at any points, mm.
-        radius: R, mm.
-        interface_width: L_i, mm.
+        radii: r at any points; this and the other lengths in the unit of the paper's numbers.
+        radius: R.
+        interface_width: L_i.
     """
     smooth_radius = -smooth_minimum(radii, -radii, interface_width)
     return 8.0 / interface_width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)

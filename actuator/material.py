@@ -46,10 +46,10 @@ class Coefficients(NamedTuple):
 
     @classmethod
     def of(cls, material: Material, load: Load, objective: Objective) -> Coefficients:
-        """Collect the constants, in the tuple of the material's law; the shift of χ in C_Ψ is 4 / L_i (Eq. 14)."""
+        """Collect the constants, in the tuple of the material's law."""
         values = [getattr(material, name) for name in cls._fields[:8]]
         values += [load.pressure, objective.strain_energy_weight, objective.energy_limit]
-        values += [4.0 / objective.interface_width, *material.law]
+        values += [objective.energy_shift, *material.law]
         kinds: tuple[Any, ...] = (cls, MooneyRivlinCoefficients, YeohCoefficients, OgdenCoefficients)
         kind = next(kind for kind in kinds if kind.law is type(material.law))
         return cast(Coefficients, kind._make(float(value) for value in values))

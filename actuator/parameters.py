@@ -101,6 +101,7 @@ class Objective:
             factor of C_χ.
         energy_limit: Ψ_lim, N/mm².
         interface_width, diffusivity_length: L_i and L_t, mm.
+        length_unit: what the paper calls 1 mm in Eqs. (14), (B.1), (B.2) and (C.1), whose numbers have units, mm.
     """
 
     area_weight: float
@@ -111,8 +112,37 @@ class Objective:
     energy_limit: float
     interface_width: float
     diffusivity_length: float
+    length_unit: float = 1.0
+
+    @property
+    def energy_shift(self) -> float:
+        """Shift of χ in C_Ψ, Eq. (14): 4 / L_i, L_i counted in the length unit; dimensionless."""
+        return 4.0 / (self.interface_width / self.length_unit)
+
+    @property
+    def first_step_unit(self) -> float:
+        """What Δt of Eq. (15) is counted in: the square root of a volume, mm^1.5."""
+        return self.length_unit**1.5
 
     @classmethod
-    def from_strain_limit(cls, *, youngs_modulus: float, strain_limit: float, **weights: float) -> Objective:
-        """Ψ_lim = E ε² / 2 for an allowable strain ε."""
-        return cls(energy_limit=0.5 * youngs_modulus * strain_limit**2, **weights)
+    def from_strain_limit(
+        cls,
+        *,
+        youngs_modulus: float,
+        strain_limit: float,
+        length_unit: float = 1.0,
+        slope_weight: float,
+        strain_energy_weight: float,
+        passive_weight: float,
+        **others: float,
+    ) -> Objective:
+        """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed."""
+        volume = length_unit**3
+        return cls(
+            energy_limit=0.5 * youngs_modulus * strain_limit**2,
+            length_unit=length_unit,
+            slope_weight=slope_weight * volume,
+            strain_energy_weight=strain_energy_weight / volume,
+            passive_weight=passive_weight / volume,
+            **others,
+        )

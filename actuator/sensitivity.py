@@ -49,20 +49,20 @@ class Sensitivity:
     def __matmul__(self, direction: Floats) -> Floats:
         """dx (n_x,) of a change of the design (n_vertices,)."""
         equilibrium = self._equilibrium
-        tangent, mechanics, darcy = equilibrium.tangent, equilibrium.mechanical_solver, equilibrium.darcy_solver
+        tangent, darcy = equilibrium.tangent, equilibrium.darcy_solver
         force, flow = self._forces @ direction, self.flows @ direction
         dx = np.zeros(len(force))
         for _ in range(SWEEPS):
             dp = darcy.solve(-flow - tangent.px @ dx, check=None)
-            dx = mechanics.solve(-force - tangent.xp @ dp, check=None)
+            dx = equilibrium.solve_mechanics(-force - tangent.xp @ dp)
         return dx
 
     def transposed(self, gradient: Floats) -> Floats:
         """Sᵀ g, (n_vertices,), of a derivative with respect to x (n_x,)."""
         equilibrium = self._equilibrium
-        tangent, mechanics, darcy = equilibrium.tangent, equilibrium.mechanical_solver, equilibrium.darcy_solver
+        tangent, darcy = equilibrium.tangent, equilibrium.darcy_solver
         lp = np.zeros(tangent.px.shape[0])
         for _ in range(SWEEPS):
-            lx = mechanics.solve(gradient - tangent.px.T @ lp, check=None)
+            lx = equilibrium.solve_mechanics(gradient - tangent.px.T @ lp)
             lp = darcy.solve(-(tangent.xp.T @ lx), check=None)
         return -(self._forces.T @ lx) - self.flows.T @ lp

@@ -23,12 +23,18 @@ from actuator.scheme import DEFAULT, Scheme
 from actuator.source import pressure_source
 from actuator.tangent import Tangent
 from actuator.tangent_kernels import darcy_metric, darcy_tangent
+from actuator.weights import Lever, adjoint_balance
 
 #: Iterations of one coupled solve after which the mechanical block is factorised anew: on the paper's mesh a
 #: factorisation costs about as much as this many triangular solves.
 STALE_ITERATIONS = 25
 MAX_NEWTON = 25
 MAX_KRYLOV = 120
+#: What helps where there is no state, from rest at the full pressure and from the state of another design.
+AT_REST = (
+    "raise material.hessian_regularisation, lower load.pressure_ratio, or begin with a design whose walls hold the air"
+)
+NEARBY = "take a smaller design step, or raise material.hessian_regularisation"
 
 
 @dataclass
@@ -138,6 +144,9 @@ class Equilibrium:
             )
             for _ in range(2)
         )
+        self.lever = Lever(domain)
+        self._moments = mechanics.indices == self.kinematics.size - 1
+        self._balance = adjoint_balance(domain, material)
         self._stale = self._fresh = True
         self._scales: tuple[float, float] | None = None
         self._linearised_at: State | None = None
@@ -196,7 +205,7 @@ class Equilibrium:
     def norm(self, rx: Floats, rp: Floats) -> float:
         """Relative size of residuals in x and p; see :attr:`scales`."""
         force, flow = self.scales
-        return float(np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow))
+        return float(np.hypot(self.lever.norm(rx) / force, np.linalg.norm(rp) / flow))
 
     @property
     def scales(self) -> tuple[float, float]:
@@ -209,7 +218,7 @@ class Equilibrium:
             # Forces of the pressure on the boundary of a fully pressurised void; inflow from the source at p = 0.
             rx, _, _, _ = self.residual(void, zero, p)
             _, rp, _, _ = self.residual(void, zero, 0.0 * p)
-            self._scales = (float(np.linalg.norm(rx)) or 1.0, float(np.linalg.norm(rp)) or 1.0)
+            self._scales = (self.lever.norm(rx) or 1.0, float(np.linalg.norm(rp)) or 1.0)
         return self._scales
 
     # -------------------------------------------------------------------- Newton
@@ -244,6 +253,7 @@ class Equilibrium:
             self._stale = True
         else:
             x, p = start
+        remedy = AT_REST if start is None else NEARBY
         now = self._evaluate(chi, x, p)
         if now.lowest <= 0.0:
             raise NoState("The start of Newton's method has an inverted element: take a smaller design step.")
@@ -254,8 +264,7 @@ class Equilibrium:
                 p = self.pressure(chi, x)
                 now = self._evaluate(chi, x, p)
                 self.work.states += 1
-                u = self.kinematics.displacement(x)
-                return State(chi, x, p, u, now.nodal, now.norm, now.lowest)
+                return State(chi, x, p, self.kinematics.displacement(x), now.nodal, now.norm, now.lowest)
             self._linearise(chi, x, p, now.nodal)
             # Inexact Newton: no more digits than the next iterate can use (Eisenstat & Walker 1996).
             tolerance = max(min(self.scheme.forcing, now.norm), 0.1 * self.tolerance / now.norm)
@@ -268,14 +277,10 @@ class Equilibrium:
                     break
                 step *= 0.5
                 if step < 1e-3:
-                    raise NoState(
-                        f"Newton's method stalled at a relative residual of {now.norm:.1e}: take a smaller design "
-                        "step, or raise material.hessian_regularisation."
-                    )
+                    raise NoState(f"Newton's method stalled at a relative residual of {now.norm:.1e}: {remedy}.")
             x, p, now = x + step * dx, p + step * dp, trial
         raise NoState(
-            f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): take a "
-            "smaller design step, or raise material.hessian_regularisation."
+            f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): {remedy}."
         )
 
     # ------------------------------------------------------------- linear solves
@@ -289,6 +294,15 @@ class Equilibrium:
         if self._linearised_at is not state:
             self._linearise(state.chi, state.x, state.p, state.nodal)
             self._linearised_at = state
+
+    def negative_eigenvalues(self, state: State) -> int | None:
+        """Of the mechanical tangent at a state, factorised anew; None if the solver does not tell (SuperLU).
+
+        A state that has any is not stable, not even with the pressure held.
+        """
+        self.refresh()
+        self.linearise(state)
+        return self.mechanical_solver.statistics.negative_eigenvalues
 
     def solve_tangent(
         self, state: State, rx: Floats, rp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
@@ -313,10 +327,16 @@ class Equilibrium:
             self._factorise()
 
     def _factorise(self) -> None:
-        self.mechanical_solver.factorise(self.tangent.xx.data.copy())
+        data = self.tangent.xx.data.copy()
+        data[self._moments] /= self.lever.length
+        data[-1] /= self.lever.length
+        self.mechanical_solver.factorise(data)
         self.work.factorisations += 1
-        self._stale = False
-        self._fresh = True
+        self._stale, self._fresh = False, True
+
+    def solve_mechanics(self, rx: Floats) -> Floats:
+        """K_xx⁻¹ rx, (n_x,), with the factors at hand, whose precision is single."""
+        return self.lever.off(self.mechanical_solver.solve(self.lever.off(rx), check=None))
 
     def _krylov(
         self,
@@ -334,10 +354,10 @@ class Equilibrium:
         tangent, n = self.tangent, len(bx)
         force, flow = self.scales
         if transposed:
-            force, flow = 1.0 / force, 1.0 / flow
+            force, flow = 1.0 / force, 1.0 / flow / self._balance
 
         def scaled(x: Floats, p: Floats) -> Floats:
-            return np.concatenate([x / force, p / flow])
+            return np.concatenate([self.lever.off(x) / force, p / flow])
 
         def matvec(v: Floats) -> Floats:
             product = tangent.multiply_transposed if transposed else tangent.multiply
@@ -345,11 +365,12 @@ class Equilibrium:
 
         def precondition(r: Floats) -> Floats:
             rx, rp = force * r[:n], flow * r[n:]
+            rx[-1] *= self.lever.length
             if transposed:
-                zx = self.mechanical_solver.solve(rx, check=None)
+                zx = self.solve_mechanics(rx)
                 return np.concatenate([zx, self.darcy_solver.solve(rp - tangent.xp.T @ zx, check=None)])
             zp = self.darcy_solver.solve(rp, check=None)
-            return np.concatenate([self.mechanical_solver.solve(rx - tangent.xp @ zp, check=None), zp])
+            return np.concatenate([self.solve_mechanics(rx - tangent.xp @ zp), zp])
 
         x0 = None if guess is None else np.concatenate(guess)
         target = 0.5 * tolerance

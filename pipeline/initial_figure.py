@@ -27,14 +27,14 @@ FINE = 401
 def initial_figure(design: Design) -> Figure:
     """Half the initial solid in the domain, the section across the axis, and the one in the symmetry plane."""
     domain, (material, _, limits) = design.domain, design.case.optimize.parameters()
-    radius, length, width = domain.radius, domain.length, limits.interface_width
+    radius, length, widths = domain.radius, domain.length, (limits.interface_width, limits.length_unit)
     figure = Figure(figsize=(11.0, 4.2), dpi=110, layout="constrained")
     solid, across, along = figure.subplots(1, 3, width_ratios=(1.25, 1.3, 1.0))
-    _solid(solid, design, width)
+    _solid(solid, design, widths)
     line = np.linspace(-radius, radius, FINE)
     x2, x3 = np.meshgrid(line, line)
     points = np.stack([np.zeros(x2.size), x2.ravel(), x3.ravel()], axis=1)
-    chi = initial_design(points, radius, width).reshape(x2.shape)
+    chi = initial_design(points, radius, *widths).reshape(x2.shape)
     density = np.where(np.hypot(x2, x3) <= radius, expit(chi), np.nan)
     image = across.pcolormesh(x2, x3, density, cmap="Greys", vmin=0.0, vmax=1.0, shading="gouraud", rasterized=True)
     round_ = Wedge((0.0, 0.0), radius, 0.0, 360.0, facecolor="none", edgecolor=DOMAIN, linewidth=1.0)
@@ -47,7 +47,7 @@ def initial_figure(design: Design) -> Figure:
     across.axvline(0.0, color=DOMAIN, linewidth=0.7, linestyle=":")
     across.set(aspect="equal", title="section across the axis", xlabel="X2 [mm]", ylabel="X3 [mm]")
     across.margins(0.04)
-    profile = initial_design(np.stack([0.0 * line, 0.0 * line, line], axis=1), radius, width)
+    profile = initial_design(np.stack([0.0 * line, 0.0 * line, line], axis=1), radius, *widths)
     ends = np.array([0.0, length])
     along.pcolormesh(
         ends,
@@ -76,12 +76,12 @@ def _source_radius(radius: float, drainage: float) -> float:
     return float(radii[strength >= 0.5 * strength[0]].max())
 
 
-def _solid(axes: Axes, design: Design, width: float) -> None:
+def _solid(axes: Axes, design: Design, widths: tuple[float, float]) -> None:
     domain = design.domain
     radius, length = domain.radius, domain.length
     tets = tetrahedra(domain)
     half = solid_boundary(
-        domain.points, tets, outer_triangles(domain, tets), initial_design(domain.points, radius, width)
+        domain.points, tets, outer_triangles(domain, tets), initial_design(domain.points, radius, *widths)
     )
     paint(axes, half, ABOVE, BODY, zorder=2)
     rows = projection(ABOVE)[:2]

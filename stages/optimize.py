@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 
 VERSION = 4
 
+#: What is said of a state in which a part would not stay.
+UNSTABLE = (
+    "The last design's state is not stable: its stiffness with the pressure held has negative eigenvalues ({}), often "
+    "of void that buckles. Follow it from zero pressure with `poro simulate`; if that does not reach it, raise "
+    "material.hessian_regularisation or lower load.pressure_ratio."
+)
+
 
 class OptimizerSettings(Section):
     """How far and how precisely to optimise."""
@@ -124,7 +131,7 @@ def run(
     )
     optimiser = Optimiser(
         objective,
-        first_step=optimizer.first_step,
+        first_step=optimizer.first_step * limits.first_step_unit,
         tolerance=optimizer.stationarity,
         max_products=optimizer.max_products,
     )
@@ -134,13 +141,15 @@ def run(
         observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
-        start = initial_design(domain.points, domain.radius, limits.interface_width)
+        start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
         progress = optimiser.begin(start)
     else:
         progress = optimiser.resume(resume)
         observer(Message(f"Continuing after design update {len(progress.history) - 1}."))
     report(progress)
     outcome = optimiser.run(progress, optimizer.max_updates, report)
+    if negative := _negative_eigenvalues(objective, progress.evaluation):
+        observer(Message(UNSTABLE.format(negative)))
     return _result(domain, objective, outcome, optimiser.checkpoint(progress))
 
 
@@ -157,6 +166,16 @@ def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str,
         "wall_leak_second_order": leak.largest,
         "C_p_second_order": 0.5 * objective.objective.leak_weight * leak.mean_square,
     }
+
+
+def _negative_eigenvalues(objective: ReducedObjective, at: Evaluation) -> int | None:
+    """Of the state's stiffness; None if not known. A result is not lost for want of one more factorisation."""
+    from actuator.failure import SolveFailure  # as in run
+
+    try:
+        return objective.equilibrium.negative_eigenvalues(at.state)
+    except SolveFailure:
+        return None
 
 
 def _fields(at: Evaluation) -> dict[str, Floats]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
 from actuator.parameters import Load, Material, Objective
 from stages.laws import LawSettings, NeoHookeSettings, short_form_too
@@ -59,12 +59,25 @@ class MaterialSettings(Section):
         return {key: value for key, value in data.items() if key != "law" or self.law != NeoHookeSettings()}
 
 
+#: Largest spring ratio: a stiffer spring's force drowns in rounding, and this one is within 1e-7 of a held arm's end.
+STIFFEST_SPRING = 1e6
+
+
 class LoadSettings(Section):
     """Pressure, rigid arm and foundation spring, per half actuator (Table 1)."""
 
     pressure_ratio: float = Field(2.0e-2, ge=0, description="p_in / E [-]")
     arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
-    spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³) [-]")
+    spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³), up to 1e6 [-]")
+
+    @field_validator("spring_ratio", mode="before")
+    @classmethod
+    def _not_infinite(cls, value: Any) -> Any:
+        """Refuse a spring that does not give, and say what comes near it; YAML's infinity arrives as text."""
+        infinite = isinstance(value, str) and value.lower().lstrip("+.") in ("inf", "infinity")
+        if infinite or (isinstance(value, float | int) and value > STIFFEST_SPRING):
+            raise ValueError(f"must be at most {STIFFEST_SPRING:g}; write 1.0e+6 for an arm whose end is held")
+        return value
 
 
 class ObjectiveSettings(Section):
@@ -78,6 +91,15 @@ class ObjectiveSettings(Section):
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
     diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
+    length_unit: float = Field(
+        1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
+    )
+
+    @model_serializer(mode="wrap")
+    def _without_the_papers_unit(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave the paper's 1 mm out, for the same reason as the default law."""
+        data: dict[str, Any] = handler(self)
+        return {key: value for key, value in data.items() if key != "length_unit" or self.length_unit != 1.0}
 
 
 class ProblemSettings(Section):

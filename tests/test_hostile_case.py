@@ -213,7 +213,7 @@ EXTREMES = [
     "domain: {radius: 1.0e-20, length: 1.0e+20, core_cells: 2, rings: 1, layers: 3}\n",
     TINY + "material: {youngs_modulus: 1.0e+20, poisson_ratio: 0.4999999999999, void_permeability_rate: 1.0e+20}\n",
     TINY + "material: {youngs_modulus: 1.0e-20, stiffness_contrast: 1.0e-20, permeability_contrast: 1.0e-20}\n",
-    TINY + "load: {pressure_ratio: 1.0e+20, arm_ratio: 1.0e-20, spring_ratio: 1.0e+20}\n",
+    TINY + "load: {pressure_ratio: 1.0e+20, arm_ratio: 1.0e-20, spring_ratio: 1.0e+6}\n",
     TINY + "objective: {strain_limit: 1.0e-20, interface_width: 1.0e-20, diffusivity_length: 1.0e+20}\n",
 ]
 

@@ -226,7 +226,8 @@ class InnerProblem:
                 corrected = model.corrected(trial)
                 if corrected is not None:
                     gain, moved = start - self._value(corrected, dt), abs(corrected.value - trial.value)
-                    left = np.linalg.norm(corrected.force) > DRIFT * np.linalg.norm(trial.force)
+                    size = self._objective.equilibrium.lever.norm
+                    left = size(corrected.force) > DRIFT * size(trial.force)
                     if -gain / step.change > ENOUGH * length:
                         return _Landing(corrected, length, -gain / step.change, bool(left and moved > MATTERS * gain))
                 drifted = True

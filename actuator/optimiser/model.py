@@ -98,7 +98,7 @@ class Model:
 
         How much its value differs tells how far the model may be trusted there.
         """
-        return self(at.delta, at.dx - self._objective.equilibrium.mechanical_solver.solve(at.force, check=None))
+        return self(at.delta, at.dx - self._objective.equilibrium.solve_mechanics(at.force))
 
     def gradient(self, at: ModelPoint) -> Floats:
         """dm/dδ at a point, (n_vertices,); kept there."""
