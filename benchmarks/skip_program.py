@@ -184,7 +184,7 @@ def _reruns(folder: Path) -> Iterator[Skip]:
 
     yield time_skip(
         AGAIN,
-        "`poro run` of a finished case of 24 cells",
+        "`poro run` of a finished case of 48 cells",
         "--force",
         lambda: call("--force", "--fresh"),
         call,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -43,6 +43,15 @@ class Skip:
         values = vars(self).copy()
         remark = values.pop("remark")
         return values | {"left": self.skipped / self.needless if self.needless else None, "remark": remark}
+
+    @classmethod
+    def from_row(cls, row: Mapping[str, str]) -> Skip:
+        """The row of a table that was read."""
+        texts: dict[str, Any] = {name: row[name] for name in ("item", "what", "against", "unit", "remark")}
+        numbers: dict[str, Any] = {
+            name: float(row[name]) if row[name] else None for name in ("needless", "skipped", "noise", "difference")
+        }
+        return cls(**texts, **numbers)
 
 
 def count_skip(
