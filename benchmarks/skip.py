@@ -49,8 +49,8 @@ def main() -> None:
     write_csv(NAME, rows)
     note = (
         "`left` is what is left of the needless work: of processor time, median over median of calls in turn, with "
-        "`noise` the half width of the middle half of the times; of counts, their quotient. `difference` is the largest "
-        "difference of the results, as a part of their largest value, unless the remark says otherwise."
+        "`noise` the half width of the middle half of the times; of counts, their quotient. `difference` is the "
+        "largest difference of the results, as a part of their largest value, unless the remark says otherwise."
     )
     table = markdown({key: value for key, value in row.items() if key != "part"} for row in rows)
     logger.info(write_markdown(NAME, "What is skipped", [note, table]).read_text(encoding="utf-8"))
