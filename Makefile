@@ -1,6 +1,6 @@
 # `make demo` and `make test` need nothing but Python 3.11 or newer; everything is installed into .venv.
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long check clean
+.PHONY: help demo test test-long bench check clean
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -17,6 +17,9 @@ test: $(STAMP)  ## the tests
 
 test-long: $(STAMP)  ## the tests that take minutes
 	$(BIN)/python -m pytest -m slow
+
+bench: $(STAMP)  ## counts and errors to compare with the committed ones: benchmarks/results/bench.csv
+	$(BIN)/python -m benchmarks.guard
 
 check: $(STAMP)  ## lint, format, types and tests
 	$(BIN)/ruff check .

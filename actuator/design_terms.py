@@ -123,11 +123,12 @@ def design_terms(geometry, limit, weights, chi, g, h, derivatives):
                 values[e, 0] += 0.5 * passive_weight * dx * over * over
                 first += passive_weight * dx * over
                 second += passive_weight * dx
-            rho, void = sigmoid(x), sigmoid(-x)
-            bump, tilt = rho * void, void - rho
-            values[e, 1] += area_weight * dx * bump
-            first += area_weight * dx * bump * tilt
-            second += area_weight * dx * bump * (tilt * tilt - 2.0 * bump)
+            if area_weight != 0.0:
+                rho, void = sigmoid(x), sigmoid(-x)
+                bump, tilt = rho * void, void - rho
+                values[e, 1] += area_weight * dx * bump
+                first += area_weight * dx * bump * tilt
+                second += area_weight * dx * bump * (tilt * tilt - 2.0 * bump)
             norm = np.sqrt(grad[0] ** 2 + grad[1] ** 2 + grad[2] ** 2)
             values[e, 3] = max(values[e, 3], norm)
             excess = norm - slope_limit

@@ -79,12 +79,14 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
         g, w, flux = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
         H = geometry.hessian[s]
         if stressed:
-            for a in range(20):
-                for i in range(3):
-                    value = 0.0 * u[0, 0]
-                    for d in range(20):
-                        value += H[a, d] * u[nodes[d], i]
-                    Ru[e, a, i] = c.hessian_penalty * value
+            Ru[e] = 0.0
+            if c.hessian_penalty != 0.0:
+                for a in range(20):
+                    for i in range(3):
+                        value = 0.0 * u[0, 0]
+                        for d in range(20):
+                            value += H[a, d] * u[nodes[d], i]
+                        Ru[e, a, i] = c.hessian_penalty * value
         for a in range(8):
             Rp[e, a] = 0.0
         lowest[e] = np.inf
@@ -143,13 +145,14 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
         g, w, gl = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
         v, flux = np.empty(3, u.dtype), np.empty(3, u.dtype)
         hessian = geometry.hessian[s]
-        for a in range(20):
-            for i in range(3):
-                value = 0.0 * u[0, 0]
-                if stressed:
+        g_u[e] = 0.0
+        if stressed and c.hessian_penalty != 0.0:
+            for a in range(20):
+                for i in range(3):
+                    value = 0.0 * u[0, 0]
                     for d in range(20):
                         value += hessian[a, d] * lu[nodes[d], i]
-                g_u[e, a, i] = c.hessian_penalty * value
+                    g_u[e, a, i] = c.hessian_penalty * value
         for a in range(8):
             g_chi[e, a] = 0.0
             g_p[e, a] = 0.0
@@ -200,13 +203,14 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 M[i, i] += k * J * wv
             # Strain energy limit
             if weight != 0.0:
-                Es, dEs = stiffness(x + c.energy_shift, c)
                 density = energy_density(c, log_J, iso, trace, b)
-                over = Es * density / c.energy_limit - 1.0
-                if over.real > 0.0:
-                    slope = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                    d_chi += slope * (dEs * density)
-                    add_stress(c, slope * Es, log_J, iso, trace, b, M)
+                if density.real > c.energy_limit:  # the factor of the stiffness is at most one
+                    Es, dEs = stiffness(x + c.energy_shift, c)
+                    over = Es * density / c.energy_limit - 1.0
+                    if over.real > 0.0:
+                        slope = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
+                        d_chi += slope * (dEs * density)
+                        add_stress(c, slope * Es, log_J, iso, trace, b, M)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):

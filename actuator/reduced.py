@@ -115,6 +115,9 @@ class ReducedObjective:
     def gradient(self, at: Evaluation, guess: tuple[Floats, Floats] | None = None) -> Gradient:
         """Exact gradient of the total objective by the adjoint (Eq. 16)."""
         state, equilibrium = at.state, self.equilibrium
+        if equilibrium.coefficients.pressure == 0.0 and not state.x.any():
+            # At rest there is neither stress nor flow that χ could change, whatever the multipliers.
+            return Gradient(at.design.gradient, (np.zeros_like(state.x), np.zeros_like(state.p)))
         zero = np.zeros_like(state.x), np.zeros_like(state.p)
         _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)
         lx, lp = equilibrium.solve_adjoint(state, -gx, -gp, self.adjoint_tolerance, guess)
@@ -143,7 +146,7 @@ class ReducedObjective:
             p.astype(kind),
             kinematics.variation(x, lx).astype(kind),
             lp.astype(kind),
-            energy,
+            energy if self.objective.strain_energy_weight else 0.0,
             bool(np.any(lx)),
             g_chi,
             g_u,

@@ -150,6 +150,7 @@ class Equilibrium:
         self._stale = self._fresh = True
         self._scales: tuple[float, float] | None = None
         self._linearised_at: State | None = None
+        self._frozen_at: tuple[Floats, Floats] | None = None  # χ and x whose Darcy matrix is factorised
 
     # ------------------------------------------------------------------ residual
 
@@ -228,6 +229,14 @@ class Equilibrium:
 
         Its matrix stays factorised in :attr:`frozen_darcy_solver`.
         """
+        self.freeze(chi, x)
+        return self.frozen_darcy_solver.solve(-self.flow_residual(chi, x, np.zeros(len(chi))))
+
+    def freeze(self, chi: Floats, x: Floats) -> None:
+        """Have the matrix of Eq. (5) at given displacements factorised in :attr:`frozen_darcy_solver`, if it is not."""
+        if self._frozen_at is not None and all(map(np.array_equal, self._frozen_at, (chi, x))):
+            return
+        self._frozen_at = None
         geometry, u = self.geometry, self.kinematics.displacement(x)
         metric = np.empty((len(geometry.cells), geometry.shape.shape[0], 6))
         elements = np.empty((len(geometry.cells), 8, 8))
@@ -235,10 +244,10 @@ class Equilibrium:
         darcy_tangent(geometry, self.source, self.coefficients, chi, metric, elements)
         self.frozen_darcy_solver.factorise(self.tangent.darcy.data(elements.ravel()))
         self.work.darcy_factorisations += 1
-        return self.frozen_darcy_solver.solve(-self.flow_residual(chi, x, np.zeros(len(chi))))
+        self._frozen_at = chi.copy(), x.copy()
 
     def solve(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> State:
-        """The state of a design by Newton's method.
+        """The state of a design by Newton's method; rest, without solving anything, where p_in is zero.
 
         Args:
             chi: design, (n_vertices,).
@@ -247,6 +256,8 @@ class Equilibrium:
         Raises:
             NoState: if Newton's method does not converge.
         """
+        if self.coefficients.pressure == 0.0:
+            return self._rest(chi)
         if start is None:
             x = np.zeros(self.kinematics.size)
             p = self.pressure(chi, x)
@@ -283,17 +294,24 @@ class Equilibrium:
             f"Newton's method did not converge in {MAX_NEWTON} steps (relative residual {now.norm:.1e}): {remedy}."
         )
 
+    def _rest(self, chi: Floats) -> State:
+        self.work.states += 1
+        x, u = np.zeros(self.kinematics.size), np.zeros((len(self.domain.nodes), 3))
+        return State(chi, x, np.zeros(len(chi)), u, np.zeros_like(u), residual=0.0, lowest_jacobian=1.0)
+
     # ------------------------------------------------------------- linear solves
 
     def refresh(self) -> None:
         """Let the next linearisation factorise the mechanical block anew."""
-        self._stale, self._linearised_at = True, None
+        self._stale = True
 
     def linearise(self, state: State) -> None:
-        """Assemble the tangent at a state, unless it is there already."""
+        """Assemble the tangent at a state, unless it is there already, and factorise it if that is due."""
         if self._linearised_at is not state:
             self._linearise(state.chi, state.x, state.p, state.nodal)
             self._linearised_at = state
+        elif self._stale:
+            self._factorise()
 
     def negative_eigenvalues(self, state: State) -> int | None:
         """Of the mechanical tangent at a state, factorised anew; None if the solver does not tell (SuperLU).

@@ -151,7 +151,7 @@ def _factorisations(
     rows = []
     if options.solver != "superlu":
         xx, pp = _full(tangent.xx), _full(tangent.pp)
-        coupled = sp.csr_array(sp.bmat([[xx, tangent.xp], [tangent.px, pp]], format="csr"))
+        coupled = sp.csr_array(sp.block_array([[xx, tangent.xp], [tangent.px, pp]], format="csr"))
         coupled.sort_indices()
         solver = make_solver(coupled.indptr, coupled.indices, symmetric=False, threads=options.threads)
         analysis, factorisation = _time(solver, coupled.data)

@@ -65,7 +65,8 @@ def main() -> None:
     parser.add_argument("--mesh", type=int, nargs=3, metavar=("CORE", "RINGS", "LAYERS"))
     options = parser.parse_args()
     if options.mesh:
-        sys.stdout.write(json.dumps(measure(*options.mesh, options.threads)))
+        core, rings, layers = options.mesh
+        sys.stdout.write(json.dumps(measure(core, rings, layers, options.threads)))
         return
     rows = []
     for mesh in MESHES:
