@@ -7,11 +7,13 @@ Newton steps, the adjoint and later designs, until the iteration count says that
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from actuator.assembly import scatter_vector
 from actuator.constraints import Kinematics
+from actuator.coupled import CoupledSystem
 from actuator.discretisation import Discretisation
 from actuator.domain import Floats, HalfCylinder
 from actuator.failure import SolveFailure
@@ -365,50 +367,22 @@ class Equilibrium:
         transposed: bool,
         guess: tuple[Floats, Floats] | None = None,
     ) -> tuple[Floats, Floats]:
-        """GMRES in scaled unknowns, preconditioned by the block triangle of K_xx and K_pp with one coupling block.
-
-        Unknowns and equations are scaled by the load, so that displacements and pressures weigh the same.
-        """
-        tangent, n = self.tangent, len(bx)
+        """GMRES with the factors at hand, and once more with new ones if they are too old."""
         force, flow = self.scales
         if transposed:
             force, flow = 1.0 / force, 1.0 / flow / self._balance
-
-        def scaled(x: Floats, p: Floats) -> Floats:
-            return np.concatenate([self.lever.off(x) / force, p / flow])
-
-        def matvec(v: Floats) -> Floats:
-            product = tangent.multiply_transposed if transposed else tangent.multiply
-            return scaled(*product(v[:n], v[n:]))
-
-        def precondition(r: Floats) -> Floats:
-            rx, rp = force * r[:n], flow * r[n:]
-            rx[-1] *= self.lever.length
-            if transposed:
-                zx = self.solve_mechanics(rx)
-                return np.concatenate([zx, self.darcy_solver.solve(rp - tangent.xp.T @ zx, check=None)])
-            zp = self.darcy_solver.solve(rp, check=None)
-            return np.concatenate([self.solve_mechanics(rx - tangent.xp @ zp), zp])
-
-        x0 = None if guess is None else np.concatenate(guess)
-        target = 0.5 * tolerance
-        right = scaled(bx, bp)
-        limit = MAX_KRYLOV if self._fresh else STALE_ITERATIONS
-        result = gmres(
-            matvec, right, precondition=precondition, tolerance=target, x0=x0, max_iterations=limit, restart=limit
+        system = CoupledSystem(
+            self.tangent, self.solve_mechanics, self.darcy_solver, self.lever, force, flow, transposed
         )
+        n, right = len(bx), system.scaled(bx, bp)
+        solved = partial(gmres, system.multiply, right, precondition=system.precondition, tolerance=0.5 * tolerance)
+        x0 = None if guess is None else np.concatenate(guess)
+        limit = MAX_KRYLOV if self._fresh else STALE_ITERATIONS
+        result = solved(x0=x0, max_iterations=limit, restart=limit)
         self.work.krylov += result.iterations
         if result.relative_residual > tolerance and not self._fresh:
             self._factorise()
-            result = gmres(
-                matvec,
-                right,
-                precondition=precondition,
-                tolerance=target,
-                x0=result.x,
-                max_iterations=MAX_KRYLOV,
-                restart=MAX_KRYLOV,
-            )
+            result = solved(x0=result.x, max_iterations=MAX_KRYLOV, restart=MAX_KRYLOV)
             self.work.krylov += result.iterations
         self._fresh = False
         if result.relative_residual > tolerance:
@@ -420,5 +394,5 @@ class Equilibrium:
         x = result.x[:n]
         # The flow equations are met to rounding, for the same reason as in the state. That moves the residual of the
         # others a little, which half the tolerance made room for.
-        coupled = tangent.xp.T @ x if transposed else tangent.px @ x
+        coupled = self.tangent.xp.T @ x if transposed else self.tangent.px @ x
         return x, self.darcy_solver.solve(bp - coupled)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from actuator.domain import Floats, HalfCylinder
+from actuator.domain import Floats, HalfCylinder, Ints
 from actuator.geometry.trilinear import shape_functions
 
 #: Cells whose centres are nearest to a point, among which the one that holds it is looked for.
@@ -34,11 +34,11 @@ def carried(chi: Floats, source: HalfCylinder, points: Floats) -> Floats:
     return np.einsum("an,na->n", shapes, chi[corners])
 
 
-def _located(source: HalfCylinder, points: Floats) -> tuple[Floats, Floats]:
+def _located(source: HalfCylinder, points: Floats) -> tuple[Ints, Floats]:
     """Cell of the section (n,) and reference coordinates in it (n, 2) of points (n, 2)."""
     # In the plane X1 = 0 of the first layer the trilinear map is the bilinear one of the section.
     corners = source.points[source.cells[: source.section_cells], 1:]  # (cell, 8, 2)
-    _, nearest = cKDTree(corners.mean(axis=1)).query(points, k=CANDIDATES)
+    nearest = np.asarray(cKDTree(corners.mean(axis=1)).query(points, k=CANDIDATES)[1])
     place = np.full((*nearest.shape, 3), 0.5)
     place[..., 0] = 0.0
     box = corners[nearest]  # (n, candidate, 8, 2)

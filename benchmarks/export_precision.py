@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -121,10 +122,10 @@ class Chain:
         for variant in variants:
             factor, radius, tolerance = variant
             if (factor, radius) not in surfaces:
-                surfaces[factor, radius] = _timed(lambda f=factor, r=radius: self._surface(f, r))
+                surfaces[factor, radius] = _timed(partial(self._surface, factor, radius))
             before, surface = surfaces[factor, radius]
             settings = export.Settings(decimation=tolerance)
-            after, part = _timed(lambda s=surface, t=settings: export.run(s.vertices, s.triangles, t))
+            after, part = _timed(partial(export.run, surface.vertices, surface.triangles, settings))
             self.seconds.setdefault(variant, []).append(before + after)
             results[variant] = surface, part
         return results

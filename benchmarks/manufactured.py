@@ -16,6 +16,7 @@ from time import process_time
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from skfem import Basis, ElementHex1, ElementHexS2
 
 from actuator.discretisation import Discretisation
@@ -79,13 +80,13 @@ def linear_field(X: Floats, middle: float) -> Floats:
 
 def divergence(flux: Callable[[Floats], Floats], X: Floats) -> Floats:
     """Σ_j ∂flux_..j/∂X_j by complex step."""
-    return sum(flux(X + 1e-40j * IDENTITY[j])[..., j].imag / 1e-40 for j in range(3))
+    return sum((flux(X + 1e-40j * IDENTITY[j])[..., j].imag / 1e-40 for j in range(3)), start=np.zeros(()))
 
 
 # ------------------------------------------------------------------------------------------------ solvers
 
 
-def solve_symmetric(matrix: sp.csr_array, rhs: Floats, free: Floats) -> Floats:
+def solve_symmetric(matrix: sp.csr_array, rhs: Floats, free: NDArray[np.bool_]) -> Floats:
     """Solve for the unknowns marked free; the others stay zero."""
     upper = sp.csr_array(sp.triu(matrix[free][:, free], format="csr"))
     upper.sort_indices()

@@ -48,9 +48,14 @@ Curves = dict[str, list[Row]]
 class Search(Protocol):
     """An optimisation that can be advanced by one design update."""
 
-    at: Evaluation
-    evaluations: int
-    finished: bool
+    @property
+    def at(self) -> Evaluation: ...
+
+    @property
+    def evaluations(self) -> int: ...
+
+    @property
+    def finished(self) -> bool: ...
 
     def update(self) -> None: ...
 

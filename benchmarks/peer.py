@@ -13,6 +13,9 @@ Times are CPU seconds of one thread, medians of several that take turns, as rati
 ``benchmarks/results``.
 """
 
+# FElupe has no type annotations, and may not be installed.
+# mypy: disable-error-code="import-untyped, import-not-found"
+
 from __future__ import annotations
 
 import argparse
@@ -30,7 +33,7 @@ from scipy.sparse.linalg import spsolve
 from actuator.compilation import compile_kernels
 from actuator.domain import Floats
 from actuator.initial_design import initial_design
-from actuator.linear import make_solver
+from actuator.linear import SolverName, make_solver
 from actuator.state import Equilibrium, State
 from benchmarks.given_pressure import GivenPressure, Solution
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
@@ -58,7 +61,7 @@ class SamePattern:
         name: of the solver.
     """
 
-    def __init__(self, pattern: sp.csr_array, name: str = "auto") -> None:
+    def __init__(self, pattern: sp.csr_array, name: SolverName = "auto") -> None:
         self._keys = _keys(pattern)
         self._solver = make_solver(pattern.indptr, pattern.indices, symmetric=True, name=name, threads=1)
 

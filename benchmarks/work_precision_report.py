@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from actuator.domain import Floats
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, write_markdown
@@ -66,6 +67,11 @@ class Line:
     def competes(self) -> bool:
         """c_r belongs to the model: changing it solves another problem."""
         return self.errors is not None and not self.variant.startswith("c_r")
+
+    @property
+    def largest(self) -> float:
+        """Largest of the four errors; not a number if no state was found."""
+        return np.nan if self.errors is None else float(np.max(self.errors))
 
     def shown(self) -> Row:
         """What the table shows."""
@@ -139,17 +145,17 @@ def errors(row: Row, reference: Row) -> Floats:
     return np.array([*states, float(np.linalg.norm(slopes - exact) / np.linalg.norm(exact))])
 
 
-def front(seconds: Floats, error: Floats) -> Floats:
+def front(seconds: Floats, error: Floats) -> NDArray[np.bool_]:
     """Which points no other beats in both, (n,)."""
     behind = (seconds[:, None] >= seconds) & (error[:, None] >= error)
     strictly = (seconds[:, None] > seconds) | (error[:, None] > error)
-    return ~(behind & strictly).any(axis=1)
+    return ~np.asarray((behind & strictly).any(axis=1))
 
 
 def judge(lines: Sequence[Line]) -> None:
     """Find the front of one design's lines, and which of them beat the default on which mesh."""
     usable = [line for line in lines if line.competes]
-    largest = np.array([np.max(line.errors) for line in usable])
+    largest = np.array([line.largest for line in usable])
     for line, at_front in zip(usable, front(np.array([line.seconds for line in usable]), largest), strict=True):
         line.front = bool(at_front)
     for default in (line for line in usable if line.variant == "default"):

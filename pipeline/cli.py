@@ -5,20 +5,19 @@ Heavy modules are imported inside the commands, so that ``poro --help`` is immed
 
 from __future__ import annotations
 
-import signal
 import sys
 import tempfile
 import traceback
 from enum import StrEnum
 from io import TextIOWrapper
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import typer
 
 from pipeline import cli_fit, cli_measured, cli_report, cli_study, completion
 from pipeline.exit_codes import ExitCode, Fault, unexpected
+from pipeline.interruption import heeded
 from pipeline.stage_names import STAGES, Stage
 
 _CODES = ", ".join(f"{code.value} {code.meaning}" for code in ExitCode)
@@ -355,9 +354,9 @@ def call(arguments: list[str]) -> ExitCode:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # an old terminal shows ? for θ rather than stopping us
             stream.reconfigure(errors="replace")
-    before = signal.signal(signal.SIGTERM, _interrupt)
     try:
-        ended = app(arguments or ["--help"], prog_name="poro", standalone_mode=False)
+        with heeded():
+            ended = app(arguments or ["--help"], prog_name="poro", standalone_mode=False)
     except Fault as fault:
         return _end(fault.code, str(fault))
     except typer.TyperException as error:
@@ -373,8 +372,6 @@ def call(arguments: list[str]) -> ExitCode:
         with tempfile.NamedTemporaryFile("w", prefix="poro-", suffix=".log", delete=False, encoding="utf-8") as log:
             traceback.print_exc(file=log)
         return _end(ExitCode.UNEXPECTED, str(unexpected(error, log.name)))
-    finally:
-        signal.signal(signal.SIGTERM, before)
     if ended == ExitCode.INTERRUPTED:  # what typer makes of a KeyboardInterrupt
         return _end(ExitCode.INTERRUPTED, "Interrupted; run the same command again.")
     return ExitCode.OK
@@ -383,10 +380,6 @@ def call(arguments: list[str]) -> ExitCode:
 def _end(code: ExitCode, sentence: str) -> ExitCode:
     typer.echo(f"poro: {sentence}", err=True)
     return code
-
-
-def _interrupt(signum: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 if __name__ == "__main__":

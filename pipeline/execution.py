@@ -20,6 +20,7 @@ from actuator import failure
 from pipeline import artifact, atomic, checkpoint, contents, updates, vtkhdf
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.interruption import raise_if_asked
 from pipeline.job import SUFFIXES, Job
 from pipeline.keys import plain
 from pipeline.plan import Step, stage_version
@@ -127,6 +128,7 @@ class Execution:
             history.observe(event)
             keeper.observe(event)
             self.reporter.observe(event)
+            raise_if_asked()
 
         try:
             result = stages.optimize.run(

@@ -14,7 +14,7 @@ from skfem import Basis, ElementHex1, ElementHexS2
 
 from actuator.assembly import scatter_vector
 from actuator.discretisation import Discretisation, Geometry
-from actuator.domain import HalfCylinder
+from actuator.domain import HalfCylinder, Ints
 from actuator.kernels import residual
 from actuator.material import Coefficients
 from actuator.parameters import Load, Material, Objective
@@ -142,7 +142,7 @@ def displacement_dofs(geometry: Geometry) -> NDArray[np.int64]:
     return (3 * geometry.node_cells[..., None] + np.arange(3)).reshape(-1, 60)
 
 
-def assembled(blocks: Floats, rows: Floats, columns: Floats, shape: tuple[int, int]) -> sp.csr_array:
+def assembled(blocks: Floats, rows: Ints, columns: Ints, shape: tuple[int, int]) -> sp.csr_array:
     """Sum of element matrices (n_cells, n_rows, n_columns) by SciPy."""
     i, j = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
     return sp.coo_array((blocks.ravel(), (i.ravel(), j.ravel())), shape).tocsr()

@@ -8,15 +8,17 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 from command_line import TINY, Poro
 
-from pipeline import artifact
+from pipeline import artifact, checkpoint
 from pipeline.exit_codes import ExitCode
 
 TERMS = {"C0", "C_chi", "C_A", "C_i", "C_p", "C_psi"}
@@ -104,12 +106,32 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_interruption_whose_exception_is_lost_still_ends_the_run(
+    poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observe = checkpoint.Keeper.observe
+
+    def lost(keeper: checkpoint.Keeper, event: Any) -> None:
+        observe(keeper, event)
+        if getattr(event, "record", {}).get("update") == 1:
+            with suppress(KeyboardInterrupt):  # as in a destructor
+                signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(checkpoint.Keeper, "observe", lost)
+    ended = poro("optimize", "tiny.yaml", "--output", "stopped", "--threads", 1, "--updates", 3)
+    assert ended.code == ExitCode.INTERRUPTED
+    assert "after design update 1, which is stored" in ended.err
+    monkeypatch.undo()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
     # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
     (tmp_path / "tiny.yaml").write_text(TINY)
     process = _started(tmp_path, updates=500)
-    checkpoint = tmp_path / "tiny.checkpoint.h5"
+    stopped = tmp_path / "tiny.checkpoint.h5"
     deadline = time.monotonic() + 120.0
     second = tmp_path / "tiny.updates" / "000002.h5"  # written after the checkpoint of the first update
     while not second.exists() and time.monotonic() < deadline and process.poll() is None:
@@ -121,7 +143,7 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
         process.kill()
     assert process.returncode == ExitCode.INTERRUPTED, said
     assert "run the same command to continue" in said.splitlines()[-1]
-    stored = _stored(checkpoint)
+    stored = _stored(stopped)
     assert 1 <= stored < 500
     assert not (tmp_path / "tiny.h5").exists()
 
@@ -131,7 +153,7 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     _, said = continuing.communicate(timeout=300)
     assert continuing.returncode == ExitCode.OK
     assert f"after design update {stored}" in said
-    assert not checkpoint.exists()
+    assert not stopped.exists()
     undisturbed = _started(tmp_path, updates, "whole")
     undisturbed.communicate(timeout=300)
     assert undisturbed.returncode == ExitCode.OK
