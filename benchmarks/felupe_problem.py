@@ -6,9 +6,6 @@ written here with its own tools: the volumetric law with the pressure, and the s
 the mesh, the fields χ and p at its vertices, the constants, and the points of the quadrature rule.
 """
 
-# FElupe has no type annotations, and may not be installed.
-# mypy: disable-error-code="import-untyped, import-not-found"
-
 from __future__ import annotations
 
 from collections.abc import Callable

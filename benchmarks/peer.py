@@ -13,9 +13,6 @@ Times are CPU seconds of one thread, medians of several that take turns, as rati
 ``benchmarks/results``.
 """
 
-# FElupe has no type annotations, and may not be installed.
-# mypy: disable-error-code="import-untyped, import-not-found"
-
 from __future__ import annotations
 
 import argparse
