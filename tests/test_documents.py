@@ -17,7 +17,7 @@ from pipeline.cli import call
 SLOW = ("measuring", "report", "simulation", "sweeps", "tutorial")
 
 #: What is not for a test to run.
-ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b")
+ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
 #: The response to pressure in as few steps as will do.
 SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"

@@ -132,7 +132,8 @@ def test_numbers_are_the_artifacts(page: HtmlElement, summary: dict[str, Any]) -
     share = float(rows[0].xpath("string(./td[4])").split()[0])
     assert share == pytest.approx(100.0 * summary["terms"]["C0"] / -0.255447, abs=0.06)
     met = [row.xpath("./td[1]/data/@value")[0] for row in page.xpath("//table[@id='constraints']/tbody/tr")]
-    assert met == [str(summary[key]) for key in ("wall_leak", "energy_ratio", "steepest", "passive_share")]
+    keys = ("wall_leak", "wall_leak_second_order", "energy_ratio", "steepest", "passive_share")
+    assert met == [str(summary[key]) for key in keys]
 
 
 def test_model_is_the_part(page: HtmlElement, summary: dict[str, Any]) -> None:
