@@ -21,7 +21,7 @@ from pipeline import artifact, atomic, checkpoint, contents, updates, vtkhdf
 from pipeline.artifact import Dataset, Header
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.interruption import raise_if_asked
-from pipeline.job import SUFFIXES, Job
+from pipeline.job import Job
 from pipeline.keys import plain
 from pipeline.plan import Step, stage_version
 from pipeline.progress import Reporter
@@ -98,9 +98,8 @@ class Execution:
             case_resolved=plain(self.job.recorded(step.stage)),
         )
         artifact.write(step.path, header, datasets | contents.summarised(summary), grid)
-        if grid:
-            for name in ("", *grid.others):
-                vtkhdf.write_sidecar(step.path, name)
+        for name in vtkhdf.grids(step.path):
+            vtkhdf.write_sidecar(step.path, name)
         if step.stage == "optimize":
             self.job.files.checkpoint.unlink(missing_ok=True)
             updates.clear(self.job)
@@ -111,8 +110,9 @@ class Execution:
         """Do what a run that was killed after it stored an artifact had left to do."""
         if step.given:
             return
-        if step.stage in SUFFIXES and not vtkhdf.sidecar(step.path).exists():
-            vtkhdf.write_sidecar(step.path)
+        for name in vtkhdf.grids(step.path):
+            if not vtkhdf.sidecar(step.path, name).exists():
+                vtkhdf.write_sidecar(step.path, name)
         if step.stage == "optimize":
             checkpoint.remove_reached(self.job)
 

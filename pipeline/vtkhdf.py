@@ -151,6 +151,16 @@ def read(file: h5py.File) -> Grid:
     )
 
 
+def grids(artifact: Path) -> list[str]:
+    """Names of the grids in an artifact, the first one's empty; none if there is nothing that ParaView could show."""
+    import h5py
+
+    with h5py.File(artifact, "r") as file:
+        own = [""] if GROUP in file else []
+        beside = (name for name in file if f"{name}/{GROUP}" in file and f"{name}/{GROUP}" != SERIES)
+        return [*own, *beside]
+
+
 def write_sidecar(artifact: Path, other: str = "") -> Path:
     """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
 

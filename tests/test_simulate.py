@@ -13,13 +13,13 @@ import numpy as np
 import psutil
 import pytest
 import pyvista
-from command_line import TINY, Poro
+from command_line import TINY, Poro, edited
 from PIL import Image
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 import stages.simulate
 from actuator.failure import InvalidSettings
-from pipeline import artifact, progress
+from pipeline import artifact, progress, vtkhdf
 from pipeline.execution import _simulated_design
 from pipeline.exit_codes import ExitCode
 from pipeline.path_plot import pressure_displacement
@@ -48,6 +48,23 @@ def simulated(pressurised: Path, tmp_path: Path) -> Path:
     """A copy of it, to be spoilt; it is the working folder of ``poro``."""
     shutil.copytree(pressurised, tmp_path, dirs_exist_ok=True)
     return tmp_path
+
+
+def test_what_paraview_opens_is_there_again_and_only_for_what_has_a_grid(simulated: Path, poro: Poro) -> None:
+    simulation = simulated / "tiny.simulation.h5"
+    shown = [simulated / "tiny.simulation.vtkhdf", simulated / "tiny.simulation.thresholded.vtkhdf"]
+    for path in shown:
+        path.unlink()
+    ended = poro("simulate", "tiny.yaml", "--output", ".")
+    assert "up to date" in ended.out + ended.err
+    assert all(path.exists() for path in shown)
+    assert vtkhdf.grids(simulation) == ["", "thresholded"]
+    with edited(simulation) as file:  # as of a run that stored no states
+        del file[vtkhdf.GROUP], file["thresholded/" + vtkhdf.GROUP]
+    for path in shown:
+        path.unlink()
+    assert poro("simulate", "tiny.yaml", "--output", ".").code == 0
+    assert not any(path.exists() for path in shown)
 
 
 def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
