@@ -141,8 +141,8 @@ def main() -> None:
     figures = [*cheap(), *dear(), *ratios()]
     write_csv(NAME, (figure.row() for figure in figures))
     limits = (
-        f"`allowed` is the largest value that passes: a count may grow by {COUNT_PART:.0%} (of several design updates by "
-        f"{UPDATES_PART:.0%}) or {COUNT_LEAST}, whichever is more, an error to {ERROR_FACTOR:g} times its value, or to "
+        f"`allowed` is the largest value that passes: a count may grow by {COUNT_PART:.0%} (of several design updates "
+        f"by {UPDATES_PART:.0%}) or {COUNT_LEAST}, whichever is more, an error to {ERROR_FACTOR:g} times its value, or to "
         "what rounding or a tolerance may leave. Ratios "
         "of times, medians of calls in turn on one thread, are not checked."
     )
