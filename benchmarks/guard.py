@@ -143,7 +143,8 @@ def main() -> None:
     limits = (
         f"`allowed` is the largest value that passes: a count may grow by {COUNT_PART:.0%} (of several design updates "
         f"by {UPDATES_PART:.0%}) or {COUNT_LEAST}, whichever is more, an error to {ERROR_FACTOR:g} times its value, or "
-        "to what rounding or a tolerance may leave. Ratios of times, medians of calls in turn on one thread, are not checked."
+        "to what rounding or a tolerance may leave. Ratios of times, medians of calls in turn "
+        "on one thread, are not checked."
     )
     path = write_markdown(NAME, "Regression guard", [limits, markdown(figure.row() for figure in figures)])
     logger.info(path.read_text(encoding="utf-8"))
