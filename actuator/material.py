@@ -55,7 +55,7 @@ class Coefficients(NamedTuple):
         return cast(Coefficients, kind._make(float(value) for value in values))
 
 
-# mypy wants the fields of a tuple spelt out; here they are those of two others, so that none is written twice.
+# Of these three: mypy wants the fields of a tuple spelt out; here they are those of two others, none written twice.
 class MooneyRivlinCoefficients(namedtuple("MooneyRivlinCoefficients", Coefficients._fields + MooneyRivlin._fields)):  # type: ignore[misc]
     """The constants with those of the Mooney-Rivlin law."""
 

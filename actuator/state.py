@@ -355,7 +355,7 @@ class Equilibrium:
         self._stale, self._fresh = False, True
 
     def solve_mechanics(self, rx: Floats) -> Floats:
-        """K_xx⁻¹ rx, (n_x,), with the factors at hand, whose precision is single."""
+        """K_xx⁻¹ rx, (n_x,), with the factors at hand, to the precision of the scheme."""
         return self.lever.off(self.mechanical_solver.solve(self.lever.off(rx), check=None))
 
     def _krylov(

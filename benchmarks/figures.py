@@ -11,8 +11,6 @@ Kind = Literal["count", "error", "ratio"]
 
 #: How far a count may grow, as a part of it, and at least by how many.
 COUNT_PART, COUNT_LEAST = 0.1, 1
-#: The same for several design updates, which rounding drives apart: SuperLU's factors took 30 % more iterations.
-UPDATES_PART = 0.35
 #: How many times as large an error may become.
 ERROR_FACTOR = 1.5
 
@@ -47,9 +45,9 @@ class Figure:
         return cls(row["name"], kinds[row["kind"]], float(row["value"]), row["unit"], allowed)
 
 
-def count(name: str, value: float, unit: str, *, part: float = COUNT_PART) -> Figure:
-    """A count of steps or iterations: other processors and solvers may need a few more, the given part of it."""
-    return Figure(name, "count", float(value), unit, value + max(COUNT_LEAST, ceil(part * value)))
+def count(name: str, value: float, unit: str) -> Figure:
+    """A count of steps or iterations: other processors and solvers may need a few more."""
+    return Figure(name, "count", float(value), unit, value + max(COUNT_LEAST, ceil(COUNT_PART * value)))
 
 
 def error(name: str, value: float, unit: str = "-", *, rounding: float = 0.0) -> Figure:

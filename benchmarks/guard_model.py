@@ -17,7 +17,7 @@ from actuator.pressurisation import Pressurisation
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.sensitivity import Sensitivity
 from actuator.state import Work
-from benchmarks.figures import COUNT_PART, UPDATES_PART, Figure, count, error
+from benchmarks.figures import Figure, count, error
 from benchmarks.small_cases import Mesh, direction, first_design, problem, reduced_objective
 
 #: Change of the design by which the start of a state is off.
@@ -83,9 +83,9 @@ def update_figures(mesh: Mesh, updates: int, solver: SolverName) -> Iterator[Fig
         progress = optimiser.begin(first_design(objective.domain))
         optimiser.run(progress, updates)
     label = f"{updates} design updates, {mesh_name(mesh)}"
-    yield from _counts(label, counts, *COUNTS, part=UPDATES_PART)
-    yield count(f"{label}: inner steps", progress.inner, "Newton steps of inner problems", part=UPDATES_PART)
-    yield count(f"{label}: evaluations", progress.evaluations, "evaluations", part=UPDATES_PART)
+    yield from _counts(label, counts, *COUNTS)
+    yield count(f"{label}: inner steps", progress.inner, "Newton steps of inner problems")
+    yield count(f"{label}: evaluations", progress.evaluations, "evaluations")
 
 
 def path_figures(mesh: Mesh, solver: SolverName) -> Iterator[Figure]:
@@ -128,9 +128,9 @@ def _counted(work: Work) -> Iterator[dict[str, int]]:
     counts.update({name: value - before[name] for name, value in asdict(work).items()})
 
 
-def _counts(label: str, counts: Mapping[str, int], *names: str, part: float = COUNT_PART) -> Iterator[Figure]:
+def _counts(label: str, counts: Mapping[str, int], *names: str) -> Iterator[Figure]:
     for name in names:
-        yield count(f"{label}: {COUNTS[name]}", counts[name], COUNTS[name], part=part)
+        yield count(f"{label}: {COUNTS[name]}", counts[name], COUNTS[name])
 
 
 def _gradient_error(objective: ReducedObjective, at: Evaluation, gradient: Gradient, d: Floats) -> float:

@@ -13,7 +13,7 @@ import h5py
 
 from pipeline import seal
 
-#: 24 cells: the smallest mesh on which everything still happens.
+#: 48 cells: the smallest mesh on which everything still happens.
 TINY = """\
 domain:
   core_cells: 2

@@ -82,6 +82,7 @@ def test_schemes_that_make_no_sense_are_refused(forcing: float) -> None:
     with pytest.raises(ValueError, match="forcing must lie between 0 and 1"):
         Scheme(forcing=forcing)
     with pytest.raises(ValueError, match="element must be one of hex20, hex8, not 'tet4'"):
+        # What types forbid, too: benchmarks make schemes of names.
         Scheme(element="tet4")  # type: ignore[arg-type]
 
 
