@@ -27,6 +27,7 @@ class Geometry(NamedTuple):
             element those of the trilinear functions, and zero for the other 12 nodes, which then carry nothing.
         volume: quadrature weight times det of the map, (n_section, n_q), mm³.
         hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_section, 20, 20), 1/mm.
+        size_squared: h² of each cell, its volume to the power 2/3, (n_section,), mm².
     """
 
     cells: Ints
@@ -37,6 +38,7 @@ class Geometry(NamedTuple):
     gradient20: Floats
     volume: Floats
     hessian: Floats
+    size_squared: Floats
 
 
 class Discretisation:
@@ -67,6 +69,7 @@ class Discretisation:
             _padded(np.ascontiguousarray(slopes), 2),
             volume,
             _padded(_hessian_products(layer, element, points, slopes, volume), 1, 2),
+            volume.sum(axis=1) ** (2.0 / 3.0),
         )
 
     @property

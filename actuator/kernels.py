@@ -1,8 +1,9 @@
 """Compiled element loops: the residual and the derivative of the Lagrangian.
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
-τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). :mod:`actuator.elasticity` has what depends on
-the hyperelastic law.
+τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of
+source and drainage are summed by rows, and k is fitted to that (:func:`actuator.material.fitted_permeability`).
+:mod:`actuator.elasticity` has what depends on the hyperelastic law.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 from numba import njit, prange
 
 from actuator.elasticity import add_stress, contraction, energy_density, kirchhoff_stress
-from actuator.material import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
+from actuator.material import FAST, drainage, fitted_permeability, inverse, left_cauchy_green, push, stiffness
 
 
 @njit(cache=True)
@@ -113,12 +114,14 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
                         Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = permeability(x, c)[0] * J * dx
+            kJ = fitted_permeability(x, c, geometry.size_squared[s])[0] * J * dx
             for i in range(3):
                 flux[i] = kJ * (Finv[i, 0] * w[0] + Finv[i, 1] * w[1] + Finv[i, 2] * w[2])
-            sink = dx * (source[s, q] * (pressure - c.pressure) + drainage(x, c)[0] * pressure)
+            out = drainage(x, c)[0]
             for a in range(8):
                 grad = geometry.gradient[s, q, a]
+                at_vertex = p[vertices[a]]
+                sink = dx * (source[s, q] * (at_vertex - c.pressure) + out * at_vertex)
                 Rp[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
     return lowest.min()
 
@@ -190,12 +193,14 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             push(Finv, g, w)
             vertex_gradient(lp, vertices, geometry.gradient[s, q], gl)
             push(Finv, gl, v)
-            adjoint = interpolate(lp, vertices, geometry.shape[q])
-            k, dk = permeability(x, c)
+            work = 0.0 * J  # p Λ_p, interpolated as a product: the drainage's rows are summed
+            for a in range(8):
+                work += geometry.shape[q, a] * p[vertices[a]] * lp[vertices[a]]
+            k, dk = fitted_permeability(x, c, geometry.size_squared[s])
             out, d_out = drainage(x, c)
             wv = w[0] * v[0] + w[1] * v[1] + w[2] * v[2]
-            d_chi += dk * J * wv + d_out * pressure * adjoint
-            d_p += (source[s, q] + out) * adjoint
+            d_chi += dk * J * wv + d_out * work
+            sink = dx * (source[s, q] + out)
             for i in range(3):
                 flux[i] = dx * k * J * (Finv[i, 0] * v[0] + Finv[i, 1] * v[1] + Finv[i, 2] * v[2])
                 for j in range(3):
@@ -222,7 +227,8 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 grad = geometry.gradient[s, q, a]
                 shape = geometry.shape[q, a]
                 g_chi[e, a] += dx * d_chi * shape
-                g_p[e, a] += dx * d_p * shape + flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
+                g_p[e, a] += (dx * d_p + sink * lp[vertices[a]]) * shape
+                g_p[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)

@@ -7,7 +7,7 @@ from numba import njit, prange
 
 from actuator.elasticity import kirchhoff_stress, mechanical_block
 from actuator.kernels import deformation_gradient, interpolate, vertex_gradient
-from actuator.material import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
+from actuator.material import FAST, drainage, fitted_permeability, inverse, left_cauchy_green, push, stiffness
 
 #: Entries of the packed mechanical block: the 210 node pairs a <= b, each a 3 x 3 block in row-major order.
 PACKED = 210 * 9
@@ -60,7 +60,7 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             )
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = permeability(x, c)[0] * J * dx
+            kJ = fitted_permeability(x, c, geometry.size_squared[s])[0] * J * dx
             sink = dx * (source[s, q] + drainage(x, c)[0])
             for a in range(8):
                 push(Finv, geometry.gradient[s, q, a], v[a])
@@ -69,10 +69,8 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             for a in range(8):
                 shape = geometry.shape[q, a]
                 for d in range(8):
-                    Kpp[e, a, d] += (
-                        kJ * (v[a, 0] * v[d, 0] + v[a, 1] * v[d, 1] + v[a, 2] * v[d, 2])
-                        + sink * shape * geometry.shape[q, d]
-                    )
+                    Kpp[e, a, d] += kJ * (v[a, 0] * v[d, 0] + v[a, 1] * v[d, 1] + v[a, 2] * v[d, 2])
+                Kpp[e, a, a] += sink * shape
                 wv = w[0] * v[a, 0] + w[1] * v[a, 1] + w[2] * v[a, 2]
                 Jp = J * dx * shape
                 for d in range(20):
@@ -107,7 +105,7 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
         v = np.empty((8, 3))
         for q in range(n_q):
             x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            k = permeability(x, c)[0]
+            k = fitted_permeability(x, c, geometry.size_squared[s])[0]
             sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0])
             t = metric[e, q]
             for a in range(8):
@@ -116,10 +114,10 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
                 v[a, 1] = k * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
                 v[a, 2] = k * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
             for a in range(8):
-                shape = sink * geometry.shape[q, a]
+                Kpp[e, a, a] += sink * geometry.shape[q, a]
                 for d in range(a, 8):
                     g = geometry.gradient[s, q, d]
-                    value = v[a, 0] * g[0] + v[a, 1] * g[1] + v[a, 2] * g[2] + shape * geometry.shape[q, d]
+                    value = v[a, 0] * g[0] + v[a, 1] * g[1] + v[a, 2] * g[2]
                     Kpp[e, a, d] += value
                     if d > a:
                         Kpp[e, d, a] += value
@@ -146,7 +144,6 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
             deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
             J = inverse(F, Finv)
             x = interpolate(chi, vertices, geometry.shape[q])
-            pressure = interpolate(p, vertices, geometry.shape[q])
             trace = left_cauchy_green(F, b)
             log_J = np.log(J)
             rate = dx * stiffness(x, c)[1]
@@ -162,10 +159,10 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
                         Kuc[e, a, i, d] += force * geometry.shape[q, d]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = permeability(x, c)[1] * J * dx
-            sink = dx * drainage(x, c)[1] * pressure
+            kJ = fitted_permeability(x, c, geometry.size_squared[s])[1] * J * dx
+            sink = dx * drainage(x, c)[1]
             for a in range(8):
                 push(Finv, geometry.gradient[s, q, a], v)
-                flow = kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]) + sink * geometry.shape[q, a]
+                flow = kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]) + sink * geometry.shape[q, a] * p[vertices[a]]
                 for d in range(8):
                     Kpc[e, a, d] += flow * geometry.shape[q, d]

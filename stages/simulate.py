@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COLUMNS", "Design", "Result", "Settings", "run"]
 
-VERSION = 1
+VERSION = 2
 
 Floats = NDArray[np.float64]
 FieldName = Literal["density", "thresholded"]

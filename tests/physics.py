@@ -73,6 +73,13 @@ def permeability(chi: Floats, c: Coefficients) -> Floats:
     return c.void_permeability + (c.solid_permeability - c.void_permeability) * density(chi + 8.0)
 
 
+def fitted_permeability(chi: Floats, c: Coefficients, size: Floats) -> Floats:
+    """k (s / sinh s)² with s = h/2 sqrt(Q_out / k), for cells of size h."""
+    k = permeability(chi, c)
+    s = 0.5 * size * np.sqrt(c.drainage * density(chi) / k)
+    return k * (s / np.sinh(s)) ** 2
+
+
 def strain_energy(F: Floats, factor: Floats, c: Coefficients) -> Floats:
     """Ψ for F (..., 3, 3): Simo, Taylor & Pister's neo-Hooke with both moduli scaled."""
     J = np.linalg.det(F)

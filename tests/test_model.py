@@ -153,10 +153,12 @@ def test_correction_brings_the_model_to_the_true_objective(centre: Centre) -> No
     assert np.linalg.norm(corrected.x - true.state.x) < 0.1 * np.linalg.norm(predicted.x - true.state.x)
 
 
-@pytest.mark.parametrize(("strain_limit", "leaks"), [(0.03, False), (0.14, True)])
-def test_diagonal_is_what_holding_the_state_leaves_plus_the_leak(strain_limit: float, leaks: bool) -> None:
+@pytest.mark.parametrize(("strain_limit", "leak_weight", "leaks"), [(0.03, 1e6, False), (0.14, 1e9, True)])
+def test_diagonal_is_what_holding_the_state_leaves_plus_the_leak(
+    strain_limit: float, leak_weight: float, leaks: bool
+) -> None:
     """Against finite differences of the gradient and of the pressure, one vertex after the other."""
-    centre = centre_of(strain_limit=strain_limit)
+    centre = centre_of(strain_limit=strain_limit, leak_weight=leak_weight)
     model, _ = centre.model()
     start = model.start()
     model.gradient(start)
@@ -174,7 +176,7 @@ def test_diagonal_is_what_holding_the_state_leaves_plus_the_leak(strain_limit: f
         ahead, behind = (objective.equilibrium.pressure(start.chi + e * unit, start.x) for e in (h, -h))
         dp = (ahead - behind) / (2.0 * h)
         leak[vertex] = dp @ (objective.leak @ dp)
-    assert (leak.max() > state_held.max()) == leaks
+    assert (leak.max() > 0.1 * state_held.max()) == leaks
     exact = state_held + leak
     # The leak's part is estimated with 32 probes and the wall's mass lumped.
     large = exact > 1e-2 * exact.max()

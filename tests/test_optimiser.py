@@ -104,8 +104,10 @@ def test_progress_is_that_of_the_last_design(run: Run) -> None:
 
 def test_counts_only_grow(run: Run) -> None:
     np.testing.assert_array_equal(run.column("update"), np.arange(UPDATES + 1))
-    for key in ("evaluations", "newton", "krylov", "products", "factorisations", "seconds"):
+    for key in ("evaluations", "krylov", "products", "factorisations", "seconds"):
         assert (np.diff(run.column(key)) > 0.0).all(), key
+    # A state that was predicted well enough needs no Newton step.
+    assert (np.diff(run.column("newton")) >= 0.0).all()
     assert run.progress.evaluations == run.column("evaluations")[-1]
 
 
@@ -134,7 +136,7 @@ def test_interrupted_run_goes_on_as_if_nothing_had_happened(made: int, run: Run,
     np.testing.assert_allclose(resumed.evaluation.chi, run.designs[-1], rtol=0.0, atol=1e-6)
     assert resumed.dt == pytest.approx(run.progress.dt)
     assert resumed.evaluations == run.progress.evaluations
-    for key in ("newton", "products", "factorisations", "seconds"):
+    for key in ("products", "factorisations", "seconds"):
         assert (np.diff([r[key] for r in resumed.history]) > 0.0).all(), key
 
 

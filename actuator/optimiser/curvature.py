@@ -16,7 +16,7 @@ from actuator.domain import Floats
 from actuator.optimiser.metric import Metric
 
 #: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.
-MEMORY, SLACK = 60, 12
+MEMORY, SLACK = 20, 6
 #: Least share of sᵀBs in sᵀy; less curvature than that is raised to it (Powell 1978, doi:10.1007/BFb0067703).
 DAMPING = 0.2
 

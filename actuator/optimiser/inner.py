@@ -33,6 +33,9 @@ DRIFT, MATTERS = 0.3, 0.01
 #: Truth over promise of a Newton step below and above which the trust in the quadratic falls and grows.
 POOR, GOOD = 0.4, 0.75
 TIGHTEN, LOOSEN = 4.0, 0.1
+#: Products of a Newton step above which the damping grows: with less of it the quadratic is worse conditioned than
+#: products can resolve, and the step that they leave, good as the quadratic is there, brings next to nothing.
+MANY = 15
 LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
 #: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
 WINDOW, STALLED = 4, 0.05
@@ -244,5 +247,7 @@ def _adapted(trust: Trust, step: _Newton, landing: _Landing) -> Trust:
         return Trust(trust.damping * TIGHTEN, size)
     if landing.quality < POOR:
         return replace(trust, damping=trust.damping * TIGHTEN)
-    damping = max(LOOSEST, trust.damping * LOOSEN) if landing.quality > GOOD else trust.damping
-    return Trust(damping, max(trust.reach, min(2.0 * size, FARTHEST)))
+    reach = max(trust.reach, min(2.0 * size, FARTHEST))
+    if step.products > MANY:
+        return Trust(trust.damping * TIGHTEN, reach)
+    return Trust(max(LOOSEST, trust.damping * LOOSEN) if landing.quality > GOOD else trust.damping, reach)
