@@ -2,7 +2,7 @@
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
 τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of
-source and drainage are summed by rows, and k is fitted to that (:func:`actuator.material.fitted_permeability`).
+source and drainage are summed by rows, and k is fitted to that (:func:`actuator.material.log_fitted_permeability`).
 :mod:`actuator.elasticity` has what depends on the hyperelastic law.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit, prange
 
 from actuator.elasticity import add_stress, contraction, energy_density, kirchhoff_stress
-from actuator.material import FAST, drainage, fitted_permeability, inverse, left_cauchy_green, push, stiffness
+from actuator.material import FAST, drainage, inverse, left_cauchy_green, log_fitted_permeability, push, stiffness
 
 
 @njit(cache=True)
@@ -55,6 +55,30 @@ def vertex_gradient(field, vertices, gradient, out):
             out[i] += field[vertices[a]] * gradient[a, i]
 
 
+@njit(cache=True)
+def cell_permeability(geometry, c, chi, e, slope):
+    """k of a cell, mm⁴/(N s): the fitted one's geometric mean. Writes its logarithm's derivatives to χ, (8,).
+
+    k falls by decades within a cell. Its arithmetic mean is that of the most open corner; the geometric mean lies
+    between flow along layers of unlike permeability and flow across them.
+    """
+    s, vertices = geometry.section[e], geometry.cells[e]
+    volume, mean = 0.0, 0.0 * chi[0]
+    for a in range(8):
+        slope[a] = mean
+    for q in range(geometry.shape.shape[0]):
+        dx = geometry.volume[s, q]
+        x = interpolate(chi, vertices, geometry.shape[q])
+        log_k, d_log_k = log_fitted_permeability(x, c, geometry.size_squared[s])
+        volume += dx
+        mean += dx * log_k
+        for a in range(8):
+            slope[a] += dx * d_log_k * geometry.shape[q, a]
+    for a in range(8):
+        slope[a] /= volume
+    return np.exp(mean / volume)
+
+
 @njit(cache=True, parallel=True, fastmath=FAST)
 def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     """Element residuals of Eqs. (5) and (6), without tractions on Γ.
@@ -79,6 +103,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
         b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         g, w, flux = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
         H = geometry.hessian[s]
+        k = cell_permeability(geometry, c, chi, e, np.empty(8, chi.dtype))
         if stressed:
             Ru[e] = 0.0
             if c.hessian_penalty != 0.0:
@@ -106,15 +131,15 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
                 log_J = np.log(J)
                 kirchhoff_stress(c, E, E * c.bulk * log_J - J * pressure, log_J, trace, b)
                 for i in range(3):
-                    for k in range(3):
-                        P[i, k] = dx * (b[i, 0] * Finv[k, 0] + b[i, 1] * Finv[k, 1] + b[i, 2] * Finv[k, 2])
+                    for j in range(3):
+                        P[i, j] = dx * (b[i, 0] * Finv[j, 0] + b[i, 1] * Finv[j, 1] + b[i, 2] * Finv[j, 2])
                 for a in range(20):
                     grad = geometry.gradient20[s, q, a]
                     for i in range(3):
                         Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = fitted_permeability(x, c, geometry.size_squared[s])[0] * J * dx
+            kJ = k * J * dx
             for i in range(3):
                 flux[i] = kJ * (Finv[i, 0] * w[0] + Finv[i, 1] * w[1] + Finv[i, 2] * w[2])
             out = drainage(x, c)[0]
@@ -146,7 +171,9 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
         b, H = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         h, M = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         g, w, gl = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
-        v, flux = np.empty(3, u.dtype), np.empty(3, u.dtype)
+        v, flux, slope = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(8, chi.dtype)
+        k = cell_permeability(geometry, c, chi, e, slope)
+        seepage = 0.0 * u[0, 0]  # ∫ k J w · v
         hessian = geometry.hessian[s]
         g_u[e] = 0.0
         if stressed and c.hessian_penalty != 0.0:
@@ -196,10 +223,10 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             work = 0.0 * J  # p Λ_p, interpolated as a product: the drainage's rows are summed
             for a in range(8):
                 work += geometry.shape[q, a] * p[vertices[a]] * lp[vertices[a]]
-            k, dk = fitted_permeability(x, c, geometry.size_squared[s])
             out, d_out = drainage(x, c)
             wv = w[0] * v[0] + w[1] * v[1] + w[2] * v[2]
-            d_chi += dk * J * wv + d_out * work
+            seepage += dx * k * J * wv
+            d_chi += d_out * work
             sink = dx * (source[s, q] + out)
             for i in range(3):
                 flux[i] = dx * k * J * (Finv[i, 0] * v[0] + Finv[i, 1] * v[1] + Finv[i, 2] * v[2])
@@ -213,9 +240,9 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                     Es, dEs = stiffness(x + c.energy_shift, c)
                     over = Es * density / c.energy_limit - 1.0
                     if over.real > 0.0:
-                        slope = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                        d_chi += slope * (dEs * density)
-                        add_stress(c, slope * Es, log_J, iso, trace, b, M)
+                        rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
+                        d_chi += rate * (dEs * density)
+                        add_stress(c, rate * Es, log_J, iso, trace, b, M)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):
@@ -229,6 +256,8 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 g_chi[e, a] += dx * d_chi * shape
                 g_p[e, a] += (dx * d_p + sink * lp[vertices[a]]) * shape
                 g_p[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
+        for a in range(8):
+            g_chi[e, a] += seepage * slope[a]
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)

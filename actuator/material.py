@@ -113,8 +113,8 @@ def drainage(chi, c):
 
 
 @njit(cache=True)
-def fitted_permeability(chi, c, size_squared):
-    """k(χ) (s / sinh s)², s² = Q_out h² / (4 k), and its derivative, for cells of size h.
+def log_fitted_permeability(chi, c, size_squared):
+    """ln of k(χ) (s / sinh s)², s² = Q_out h² / (4 k), and its derivative, for cells of size h.
 
     In solid the pressure dies out over a small part of a cell. Trilinear elements then alternate in sign from vertex to
     vertex. With the drainage's matrix summed by rows and this factor, p is exact at the vertices of a line of equal
@@ -122,18 +122,18 @@ def fitted_permeability(chi, c, size_squared):
     I.2.1, doi:10.1007/978-3-540-34467-4). The factor is 1 - s²/3 for small h.
     """
     k, dk = permeability(chi, c)
-    out = drainage(chi, c)[0]
-    thickness = out * size_squared / k  # 4 s²
+    thickness = drainage(chi, c)[0] * size_squared / k  # 4 s²
     if thickness.real < SERIES:
         t = thickness
-        factor = 1.0 + t * (-1.0 / 12.0 + t * (1.0 / 240.0 + t * (-1.0 / 6048.0 + t / 172800.0)))
-        slope = -1.0 / 12.0 + t * (1.0 / 120.0 + t * (-1.0 / 2016.0 + t / 43200.0))
+        log_factor = t * (-1.0 / 12.0 + t * (1.0 / 1440.0 + t * (-1.0 / 90720.0 + t / 4838400.0)))
+        slope = -1.0 / 12.0 + t * (1.0 / 720.0 + t * (-1.0 / 30240.0 + t / 1209600.0))
     else:
         root = np.sqrt(thickness)
         e = np.exp(-root)
-        factor = thickness * e / ((1.0 - e) * (1.0 - e))
-        slope = factor * (1.0 / thickness - (1.0 + e) / (1.0 - e) / (2.0 * root))
-    return k * factor, dk * factor + k * slope * thickness * (sigmoid(-chi) - dk / k)
+        log_factor = np.log(thickness) - root - 2.0 * np.log(1.0 - e)
+        slope = 1.0 / thickness - (1.0 + e) / (1.0 - e) / (2.0 * root)
+    change = dk / k
+    return np.log(k) + log_factor, change + slope * thickness * (sigmoid(-chi) - change)
 
 
 @njit(cache=True, inline="always")

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit, prange
 
 from actuator.elasticity import kirchhoff_stress, mechanical_block
-from actuator.kernels import deformation_gradient, interpolate, vertex_gradient
-from actuator.material import FAST, drainage, fitted_permeability, inverse, left_cauchy_green, push, stiffness
+from actuator.kernels import cell_permeability, deformation_gradient, interpolate, vertex_gradient
+from actuator.material import FAST, drainage, inverse, left_cauchy_green, push, stiffness
 
 #: Entries of the packed mechanical block: the 210 node pairs a <= b, each a 3 x 3 block in row-major order.
 PACKED = 210 * 9
@@ -32,16 +32,17 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
         m, left, right, geometric = np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3))
         v, nw = np.empty((8, 3)), np.empty(20)
         H = geometry.hessian[s]
-        k = 0
+        k = cell_permeability(geometry, c, chi, e, np.empty(8))
+        first = 0
         for a in range(20):
             for d in range(a, 20):
                 for i in range(9):
-                    Kuu[e, k + i] = 0.0
+                    Kuu[e, first + i] = 0.0
                 value = c.hessian_penalty * H[a, d]
-                Kuu[e, k] = value
-                Kuu[e, k + 4] = value
-                Kuu[e, k + 8] = value
-                k += 9
+                Kuu[e, first] = value
+                Kuu[e, first + 4] = value
+                Kuu[e, first + 8] = value
+                first += 9
         Kup[e] = 0.0
         Kpu[e] = 0.0
         Kpp[e] = 0.0
@@ -60,7 +61,7 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             )
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = fitted_permeability(x, c, geometry.size_squared[s])[0] * J * dx
+            kJ = k * J * dx
             sink = dx * (source[s, q] + drainage(x, c)[0])
             for a in range(8):
                 push(Finv, geometry.gradient[s, q, a], v[a])
@@ -103,9 +104,9 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
         s = geometry.section[e]
         Kpp[e] = 0.0
         v = np.empty((8, 3))
+        k = cell_permeability(geometry, c, chi, e, np.empty(8))
         for q in range(n_q):
             x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            k = fitted_permeability(x, c, geometry.size_squared[s])[0]
             sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0])
             t = metric[e, q]
             for a in range(8):
@@ -136,7 +137,8 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
         s = geometry.section[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv, b, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        g, w, v = np.empty(3), np.empty(3), np.empty(3)
+        g, w, v, slope, flow = np.empty(3), np.empty(3), np.empty(3), np.empty(8), np.zeros(8)
+        permeability = cell_permeability(geometry, c, chi, e, slope)
         Kuc[e] = 0.0
         Kpc[e] = 0.0
         for q in range(n_q):
@@ -159,10 +161,14 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
                         Kuc[e, a, i, d] += force * geometry.shape[q, d]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
-            kJ = fitted_permeability(x, c, geometry.size_squared[s])[1] * J * dx
+            kJ = permeability * J * dx
             sink = dx * drainage(x, c)[1]
             for a in range(8):
                 push(Finv, geometry.gradient[s, q, a], v)
-                flow = kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]) + sink * geometry.shape[q, a] * p[vertices[a]]
+                flow[a] += kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2])
+                outflow = sink * geometry.shape[q, a] * p[vertices[a]]
                 for d in range(8):
-                    Kpc[e, a, d] += flow * geometry.shape[q, d]
+                    Kpc[e, a, d] += outflow * geometry.shape[q, d]
+        for a in range(8):
+            for d in range(8):
+                Kpc[e, a, d] += flow[a] * slope[d]

@@ -73,11 +73,14 @@ def permeability(chi: Floats, c: Coefficients) -> Floats:
     return c.void_permeability + (c.solid_permeability - c.void_permeability) * density(chi + 8.0)
 
 
-def fitted_permeability(chi: Floats, c: Coefficients, size: Floats) -> Floats:
-    """k (s / sinh s)² with s = h/2 sqrt(Q_out / k), for cells of size h."""
-    k = permeability(chi, c)
-    s = 0.5 * size * np.sqrt(c.drainage * density(chi) / k)
-    return k * (s / np.sinh(s)) ** 2
+def fitted_permeability(chi: Floats, c: Coefficients, dx: Floats) -> Floats:
+    """Geometric mean over each cell of k (s / sinh s)², s = h/2 sqrt(Q_out / k), for cells of volume h³ = Σ dx.
+
+    χ and dx are (n_cells, n_q), the result (n_cells, 1).
+    """
+    k, volume = permeability(chi, c), dx.sum(axis=1, keepdims=True)
+    s = 0.5 * np.cbrt(volume) * np.sqrt(c.drainage * density(chi) / k)
+    return np.exp((dx * np.log(k * (s / np.sinh(s)) ** 2)).sum(axis=1, keepdims=True) / volume)
 
 
 def strain_energy(F: Floats, factor: Floats, c: Coefficients) -> Floats:

@@ -115,8 +115,7 @@ def test_residuals_match_weak_forms_written_with_scikit_fem(discretisation: Disc
     assert np.sum(forces * du) == pytest.approx(work, rel=1e-11)
 
     metric = np.linalg.det(F)[..., None, None] * np.linalg.inv(np.swapaxes(F, -1, -2) @ F)
-    size = np.cbrt(linear.dx.sum(axis=1))[:, None]
-    seepage = fitted_permeability(chi, C, size) * np.einsum("icq,cqij,jcq->cq", p.grad, metric, test.grad)
+    seepage = fitted_permeability(chi, C, linear.dx) * np.einsum("icq,cqij,jcq->cq", p.grad, metric, test.grad)
     # Summed by rows: products with the test function are interpolated from the vertices.
     inflow = np.tile(source, (DOMAIN.layers, 1)) * linear.interpolate((P - C.pressure) * dp)
     outflow = C.drainage / (1.0 + np.exp(-chi)) * linear.interpolate(P * dp)
