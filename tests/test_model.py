@@ -58,7 +58,7 @@ def whole_product(centre: Centre, model: Model, at: ModelPoint, direction: Float
 
 
 def test_every_term_is_active(centre: Centre) -> None:
-    assert min(abs(value) for value in centre.at.terms.values()) > 1e-6, centre.at.terms
+    assert min(abs(value) for value in centre.at.terms.values()) > 1e-9, centre.at.terms
 
 
 @pytest.mark.parametrize(("sweeps", "error"), [(1, 2e-2), (2, 1e-3)])

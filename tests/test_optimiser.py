@@ -99,7 +99,7 @@ def test_progress_is_that_of_the_last_design(run: Run) -> None:
     objective = objective_of(1e-10)
     exact = objective.gradient(objective.evaluate(last.chi)).total
     # The adjoint's tolerance is relative to a load that the wall's response to pressure makes large.
-    assert np.abs(run.progress.gradient.total - exact).max() < 1e-2 * np.abs(exact).max()
+    assert np.abs(run.progress.gradient.total - exact).max() < 3e-2 * np.abs(exact).max()
 
 
 def test_counts_only_grow(run: Run) -> None:

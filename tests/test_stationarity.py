@@ -41,7 +41,7 @@ def assert_alike(scaled: ReducedObjective, original: ReducedObjective, lengths: 
     before, measure_before = measured(original, chi)
     for term, value in before.terms.items():
         assert at.terms[term] == pytest.approx(value, rel=1e-6), term
-        assert (term in unused) or abs(value) > 1e-6
+        assert (term in unused) or abs(value) > 1e-9
     assert measure == pytest.approx(measure_before, rel=1e-6)
     assert at.state.arm == pytest.approx(before.state.arm * [lengths, lengths, 1.0], rel=1e-6)
 

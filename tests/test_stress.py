@@ -52,7 +52,6 @@ def test_extreme_parameters_have_a_stable_state_and_an_exact_gradient(changes: d
         Trial("ν", "0.3", settings(material__poisson_ratio=0.3)),
         Trial("p_in", "10 ×", settings(load__pressure_ratio=0.2)),
         Trial("χ", "void", design=uniform(-30.0)),
-        Trial("χ", "±1000", design=signs),
     ],
     ids=lambda trial: f"{trial.what} {trial.value}",
 )
