@@ -1,9 +1,8 @@
 """Compiled element loops: the residual and the derivative of the Lagrangian.
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
-τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of
-source and drainage are summed by rows, and k is fitted to that (:func:`actuator.material.log_fitted_permeability`).
-:mod:`actuator.elasticity` has what depends on the hyperelastic law.
+τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of source and drainage are summed by
+rows, k is fitted to that (:func:`actuator.material.log_fitted_permeability`); :mod:`actuator.elasticity` has the law.
 """
 
 from __future__ import annotations

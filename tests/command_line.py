@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
+import pytest
 
 from pipeline import seal
 
@@ -34,6 +35,9 @@ class Ended:
 
 
 Poro = Callable[..., Ended]
+
+#: Of tests that send signals.
+POSIX_SIGNALS = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 #: Starts the program in a process of its own.
 PROGRAM = [sys.executable, "-m", "pipeline.cli"]

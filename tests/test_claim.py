@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from command_line import PROGRAM, Poro, edited, environment
+from command_line import POSIX_SIGNALS, PROGRAM, Poro, edited, environment
 
 from pipeline.claim import claimed
 from pipeline.exit_codes import ExitCode
@@ -76,7 +76,7 @@ def test_same_case_elsewhere_and_another_case_here_are_free(folder: Path) -> Non
         pass
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@POSIX_SIGNALS
 def test_claim_of_a_killed_process_is_free_and_what_it_left_is_cleared_away(folder: Path, poro: Poro) -> None:
     own = [".tiny.h5.0123abcd.tmp", ".tiny.scale-1.5.stl.0123abcd.tmp", ".tiny.checkpoint.h5.ffffffff.tmp"]
     others = [".tiny.b.h5.0123abcd.tmp", ".tiny-history.png.0123abcd.tmp", ".tiny.h5.tmp", "tiny.h5.0123abcd.tmp"]

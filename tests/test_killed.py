@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import random
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import PROGRAM, TINY, environment
+from command_line import POSIX_SIGNALS, PROGRAM, TINY, environment
 
 from pipeline.exit_codes import ExitCode
 from pipeline.job import SUFFIXES
@@ -105,7 +104,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+pytestmark = POSIX_SIGNALS
 
 
 def test_killed_runs_end_where_an_undisturbed_one_does(whole: Path, tmp_path: Path) -> None:

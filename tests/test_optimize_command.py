@@ -16,7 +16,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import TINY, Poro
+from command_line import POSIX_SIGNALS, TINY, Poro
 
 from pipeline import artifact, checkpoint
 from pipeline.exit_codes import ExitCode
@@ -105,7 +105,7 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
     )
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@POSIX_SIGNALS
 def test_interruption_whose_exception_is_lost_still_ends_the_run(
     poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,7 +125,7 @@ def test_interruption_whose_exception_is_lost_still_ends_the_run(
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@POSIX_SIGNALS
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Signals, tmp_path: Path) -> None:
     # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.

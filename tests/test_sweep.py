@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import TINY, Poro
+from command_line import POSIX_SIGNALS, TINY, Poro
 from PIL import Image
 
 from pipeline import artifact
@@ -92,7 +92,7 @@ def test_failures_stop_nothing_and_a_second_run_does_what_is_missing(poro: Poro,
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@POSIX_SIGNALS
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 def test_interrupted_sweep_ends_its_cases_and_continues(
     number: signal.Signals, tmp_path: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch
