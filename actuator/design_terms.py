@@ -60,15 +60,20 @@ class DesignObjective:
         )
         n_cells = len(self._geometry.cells)
         self._g, self._h = np.empty((n_cells, 8)), np.empty((n_cells, 8, 8))
+        self._shapes = (self._geometry.shape[:, :, None] * self._geometry.shape[:, None, :]).reshape(-1, 64)
+        #: c_χ, and the volume of each quadrature point, (n_cells, n_q), mm³.
+        self.passive_weight = objective.passive_weight
+        self.volumes: Floats = self._geometry.volume[self._geometry.section]
 
     def value(self, chi: Floats) -> float:
         """Sum of the terms alone, to the last bit that of a whole evaluation, at a fraction of the price."""
         values = design_terms(self._geometry, self._limit, self._weights, chi, self._g, self._h, False)
         return sum(float(value) for value in values[:3])
 
-    def __call__(self, chi: Floats) -> DesignTerms:
-        """Evaluate at a design (n_vertices,)."""
-        values = design_terms(self._geometry, self._limit, self._weights, chi, self._g, self._h, True)
+    def __call__(self, chi: Floats, *, passive: bool = True) -> DesignTerms:
+        """Evaluate at a design (n_vertices,), with or without C_χ."""
+        weights = self._weights if passive else (0.0, *self._weights[1:])
+        values = design_terms(self._geometry, self._limit, weights, chi, self._g, self._h, True)
         return DesignTerms(
             float(values[0]),
             float(values[1]),
@@ -78,10 +83,26 @@ class DesignObjective:
             float(values[3]) / self._weights[3],
         )
 
+    def room(self, chi: Floats) -> Floats:
+        """How far χ lies below the bound of C_χ at the quadrature points, (n_cells, n_q); negative beyond it."""
+        return self._limit[self._geometry.section] - self.at_points(chi)
+
+    def at_points(self, chi: Floats) -> Floats:
+        """A vertex field at the quadrature points, (n_cells, n_q)."""
+        return np.asarray(chi[self._geometry.cells] @ self._geometry.shape.T)
+
+    def from_points(self, values: Floats) -> Floats:
+        """Integral over Ω of a field at the quadrature points times each vertex' shape function, (n_vertices,)."""
+        return scatter_vector((self.volumes * values) @ self._geometry.shape, self._geometry.cells, self._n)
+
+    def point_stiffness(self, values: Floats) -> Floats:
+        """The same with products of two shape functions: data of the upper triangle on the pattern of ``gather``."""
+        return self.gather.data(((self.volumes * values) @ self._shapes).ravel())
+
     def passive_share(self, chi: Floats) -> float:
         """Share of the solid {χ > 0} that lies in the passive core, where the bound of C_χ is negative."""
         geometry = self._geometry
-        volume = geometry.volume[geometry.section] * (chi[geometry.cells] @ geometry.shape.T > 0.0)
+        volume = self.volumes * (self.at_points(chi) > 0.0)
         solid = float(volume.sum())
         return float(volume[self._limit[geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
 

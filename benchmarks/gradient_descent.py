@@ -64,7 +64,7 @@ class GradientDescent:
         while self._dt > SMALLEST_STEP * FIRST_STEP:
             quadratic = self._metric.upper / self._dt**2
             proposal = self._subproblem.solve(
-                self.at.chi, self.at.design, self._physics, self._curvature, quadratic, REACH
+                self.at.chi, self.at.design.value, self._physics, self._curvature, quadratic, REACH
             )
             if proposal is None:
                 self._dt *= SHRINK

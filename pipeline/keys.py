@@ -13,6 +13,8 @@ import stages.optimize
 
 #: Keys of ``optimizer`` that say what is kept beside the result, not what the result is.
 RECORDED_ONLY = ("keep_updates",)
+#: Keys of ``optimizer`` that say where on its path an optimisation ends, not which path it takes.
+WHERE_IT_ENDS = ("max_updates", "stationarity", "least_gain")
 
 
 def content_key(stage: str, version: int, settings: Mapping[str, Any], upstream: Sequence[str] = ()) -> str:
@@ -47,7 +49,7 @@ def checkpoint_key(resolved: Mapping[str, Any], version: int) -> str:
         version: of the stage ``optimize``.
     """
     path = stage_settings(resolved, "optimize")
-    path["optimizer"] = _without(path["optimizer"], "max_updates")
+    path["optimizer"] = _without(path["optimizer"], *WHERE_IT_ENDS)
     return content_key("checkpoint", version, path)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import Evaluation, ReducedObjective
 
-VERSION = 5
+VERSION = 6
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -33,6 +33,9 @@ class OptimizerSettings(Section):
 
     max_updates: int = Field(200, ge=0, description="most design updates [-]")
     stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
+    least_gain: float = Field(
+        5.0e-3, ge=0, lt=1, description="stop when five design updates gain less than this share of C; 0 never does [-]"
+    )
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
     adjoint_tolerance: float = Field(1.0e-10, gt=0, lt=1, description="relative residual of the adjoint [-]")
     max_products: int = Field(60, ge=1, description="most Hessian products of the model per design update [-]")
@@ -133,6 +136,7 @@ def run(
         objective,
         first_step=optimizer.first_step * limits.first_step_unit,
         tolerance=optimizer.stationarity,
+        least_gain=optimizer.least_gain,
         max_products=optimizer.max_products,
     )
 

@@ -194,6 +194,29 @@ def test_value_alone_is_the_same_to_the_last_bit(reduced: ReducedObjective, fiel
     assert reduced.design.value(field) == reduced.design(field).value
 
 
+def test_terms_without_the_passive_region(reduced: ReducedObjective) -> None:
+    without, alone = reduced.design(BUSY, passive=False), design_objective(reduced, passive_weight=0.0)(BUSY)
+    assert without.passive == 0.0 < reduced.design(BUSY).passive
+    assert without.value == alone.value
+    np.testing.assert_array_equal(without.gradient, alone.gradient)
+    np.testing.assert_array_equal(without.hessian, alone.hessian)
+
+
+def test_passive_term_from_its_points(reduced: ReducedObjective) -> None:
+    """C_χ, its gradient and Hessian put together from room, volumes and shape functions."""
+    design = reduced.design
+    with_passive, without = design(BUSY), design(BUSY, passive=False)
+    over = np.maximum(-design.room(BUSY), 0.0)
+    weight = design.passive_weight
+    assert 0.5 * weight * np.sum(design.volumes * over**2) == pytest.approx(with_passive.passive, rel=1e-12)
+    gradient = with_passive.gradient - without.gradient
+    assert weight * design.from_points(over) == pytest.approx(gradient, abs=1e-9 * np.abs(gradient).max())
+    hessian = with_passive.hessian - without.hessian
+    stiffness = weight * design.point_stiffness((over > 0.0).astype(float))
+    assert stiffness == pytest.approx(hessian, abs=1e-9 * np.abs(hessian).max())
+    assert design.at_points(ONES) == pytest.approx(np.ones_like(design.volumes), rel=1e-14)
+
+
 def test_design_terms_and_product_fit_together(reduced: ReducedObjective) -> None:
     evaluation = reduced.evaluate(initial_design(X, RADIUS, WIDTH))
     d = np.random.default_rng(2).normal(size=ONES.shape)

@@ -157,6 +157,20 @@ def test_limit_of_updates_is_the_reason(run: Run) -> None:
     assert f"{UPDATES} design updates" in run.outcome.reason
 
 
+def test_run_ends_where_updates_gain_little(run: Run) -> None:
+    """Five updates are looked at, so that fewer never end a run; an interrupted run ends where a whole one does."""
+    loop, progress = begun(least_gain=0.9)
+    outcome = loop.run(progress, 20)
+    values = [record["C"] for record in progress.history]
+    gains = [(values[i] - values[i + 5]) / abs(values[i + 5]) for i in range(len(values) - 5)]
+    assert gains[-1] < 0.9
+    assert all(gain >= 0.9 for gain in gains[:-1])
+    assert not outcome.converged
+    assert outcome.reason.startswith("The last 5 design updates lowered C by less than 90.0% of it; the measure is")
+    assert run.column("C") == pytest.approx(values[: UPDATES + 1], rel=1e-12)
+    assert loop.run(progress, 20).progress.evaluations == progress.evaluations
+
+
 def test_stationary_design_is_left_alone() -> None:
     loop, progress = begun(tolerance=1e6)
     outcome = loop.run(progress, UPDATES)

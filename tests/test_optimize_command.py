@@ -65,6 +65,16 @@ def test_more_updates_continue_from_the_finished_design(folder: Path, poro: Poro
     assert "after design update 1" in ended.err
 
 
+def test_stricter_end_continues_from_the_finished_design(folder: Path, poro: Poro) -> None:
+    """Where a run ends does not change its path, so that nothing is computed again."""
+    for name, measure, gain in (("loose", "1.0e+9", "0.1"), ("strict", "0.001", "0.0")):
+        (folder / "ends.yaml").write_text(TINY + f"  stationarity: {measure}\n  least_gain: {gain}\n")
+        ended = poro("optimize", "ends.yaml", "--output", "ends", "--threads", 1)
+        assert ended.code == ExitCode.OK
+        assert ("Continuing after design update 0" in ended.err) == (name == "strict")
+    assert len(artifact.read_group(folder / "ends" / "ends.h5", "optimize", "history")["C"]) == 2
+
+
 def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> None:
     before = (folder / "tiny.h5").read_bytes()
     fewer = ("optimize", "tiny.yaml", "--output", ".", "--updates", 0, "--threads", 1)

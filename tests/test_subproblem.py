@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from physics import Floats
+from physics import Floats, parameters
+from scipy.optimize import minimize
 from small_case import metric_of, small_objective, start_of
 
+from actuator.design_terms import DesignObjective
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.subproblem import Proposal, Subproblem
@@ -28,8 +30,8 @@ class Problem:
 
     def solve(self, reach: float = FAR) -> Proposal | None:
         subproblem = Subproblem(self.objective.design, self.objective.equilibrium.design_solver, self.norm)
-        at = self.objective.design(self.chi)
-        return subproblem.solve(self.chi, at, self.linear, self.curvature, self.quadratic, reach)
+        value = self.objective.design.value(self.chi)
+        return subproblem.solve(self.chi, value, self.linear, self.curvature, self.quadratic, reach)
 
     def matrix(self) -> Floats:
         """B + Q, dense."""
@@ -78,8 +80,7 @@ def test_proposal_is_stationary_and_says_what_it_gains(inside: bool, pairs: int)
     assert proposal.change < 0.0
     first, left = (given.norm.dual_norm(given.gradient(s)) for s in (0.0 * proposal.step, proposal.step))
     assert left < 0.1 * first
-    there = given.objective.design(given.chi + proposal.step)
-    assert proposal.design.value == there.value
+    assert proposal.value == given.objective.design.value(given.chi + proposal.step)
 
 
 @pytest.mark.parametrize("pairs", [0, 5])
@@ -98,17 +99,52 @@ def test_violated_wall_is_left() -> None:
     proposal = given.solve()
     assert proposal is not None
     assert before.passive > 1e4
-    assert proposal.design.passive < 1e-3 * before.passive
+    assert given.objective.design(given.chi + proposal.step).passive < 1e-3 * before.passive
 
 
-def test_search_ends_beyond_its_reach() -> None:
-    given = problem(inside=False, pairs=0)
-    given = replace(given, quadratic=1e-3 * given.quadratic)
-    free, held = given.solve(), given.solve(reach=0.5)
+@pytest.mark.parametrize("share", [0.5, 0.05])
+def test_search_stays_within_its_reach(share: float) -> None:
+    given = problem(inside=True, pairs=2)
+    free = given.solve()
     assert free is not None
+    reach = share * float(np.abs(free.step).max())
+    held = given.solve(reach=reach)
     assert held is not None
-    assert 0.5 < np.abs(held.step).max() <= 1.5
-    assert free.change < held.change < 0.0
+    assert 0.9 * reach < np.abs(held.step).max() <= reach
+    assert free.change < held.change < 0.5 * share * free.change, "a shorter step along the same way does as well"
+
+
+def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> None:
+    """Designs that touch C_χ everywhere: Newton's method with the wall where it stands moves a thousandth as far."""
+    given = problem(inside=False, pairs=4)
+    design = given.objective.design
+    first = given.solve()
+    assert first is not None
+    chi = given.chi + first.step
+    touching = replace(given, chi=chi, linear=given.linear - design(chi, passive=False).gradient)
+    proposal = touching.solve()
+    assert proposal is not None
+    found = minimize(
+        lambda s: (touching.value(s), touching.gradient(s)),
+        proposal.step,
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": 400, "maxfun": 1000},
+    )
+    assert np.abs(design.room(chi + proposal.step)).min() < 1e-3, "the bound must hold somewhere"
+    assert proposal.change < 0.9 * float(found.fun)
+
+
+def test_no_bound_without_a_weight() -> None:
+    given = problem(inside=True, pairs=3)
+    *_, objective = parameters(passive_weight=0.0)
+    free = DesignObjective(given.objective.discretisation, objective, given.objective.design.gather)
+    subproblem = Subproblem(free, given.objective.equilibrium.design_solver, given.norm)
+    proposal = subproblem.solve(given.chi, free.value(given.chi), given.linear, given.curvature, given.quadratic, FAR)
+    bounded = given.solve()
+    assert proposal is not None
+    assert bounded is not None
+    assert proposal.change == pytest.approx(bounded.change, rel=1e-3)
 
 
 def test_no_step_where_nothing_is_to_be_gained() -> None:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from actuator.design_terms import DesignTerms
 from actuator.domain import Floats
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
@@ -23,6 +22,8 @@ from actuator.reduced import ReducedObjective
 MAX_NEWTON = 60
 #: Most Hessian products in one Newton step; it ends when this many brought less than this part of its gain.
 MAX_PRODUCTS, LAST, LITTLE = 30, 3, 0.1
+#: Share of the gain below which a product whose whole proposal was taken says that there is no more.
+NOTHING = 0.01
 #: Lengths that are tried along a subproblem's solution, longest first.
 LENGTHS = (1.0, 0.6, 0.36, 0.2, 0.1, 0.04, 0.015, 0.005, 0.001)
 #: Search back from the end of a Newton step: factor per trial, least length, and share of the promise that is enough.
@@ -33,6 +34,8 @@ DRIFT, MATTERS = 0.3, 0.01
 #: Truth over promise of a Newton step below and above which the trust in the quadratic falls and grows.
 POOR, GOOD = 0.4, 0.75
 TIGHTEN, LOOSEN = 4.0, 0.1
+#: Truth over promise above which it is the damping that holds a Newton step back, and the factor on it then.
+HELD_BACK, LET_GO = 1.5, 0.01
 #: Products of a Newton step above which the damping grows: with less of it the quadratic is worse conditioned than
 #: products can resolve, and the step that they leave, good as the quadratic is there, brings next to nothing.
 MANY = 15
@@ -180,12 +183,12 @@ class InnerProblem:
         quadratic = (1.0 / dt**2 + damping) * metric.upper
         result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx))
         bent = np.zeros_like(physics)  # Hessian of the physics times the step
-        design, gains = now.design, []
+        value, gains = now.design.value, []
 
         while result.products < limit:
             linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (metric @ result.step)
             at = now.chi + result.step
-            proposal = self._subproblem.solve(at, design, linear, curvature, quadratic, trust.reach)
+            proposal = self._subproblem.solve(at, value, linear, curvature, quadratic, trust.reach)
             if proposal is None:
                 break
             s = proposal.step
@@ -193,30 +196,30 @@ class InnerProblem:
             result.products += 1
             curvature.learn(s, hs)
             bend = float(s @ hs) + (1.0 / dt**2 + damping) * float(s @ (metric @ s))
-            length, gain, design = self._along(at, s, proposal.design, design, float(linear @ s), bend)
+            length, gain, value = self._along(at, s, proposal.value, value, float(linear @ s), bend)
             gains.append(gain)
             result.step, result.dx, bent = result.step + length * s, result.dx + length * dx, bent + length * hs
             result.change -= gain
             if float(np.abs(result.step).max()) > trust.reach:
+                break
+            if length == 1.0 and gain < NOTHING * sum(gains):
                 break
             if len(gains) > LAST and sum(gains[-LAST:]) < max(LITTLE * sum(gains), worth):
                 break
         return result
 
     def _along(
-        self, chi: Floats, s: Floats, end: DesignTerms, start: DesignTerms, slope: float, bend: float
-    ) -> tuple[float, float, DesignTerms]:
+        self, chi: Floats, s: Floats, end: float, start: float, slope: float, bend: float
+    ) -> tuple[float, float, float]:
         """Best of the lengths along a step, its gain, and the design terms there; zero if none is lower."""
-        design = self._objective.design
-        best, most = 0.0, 0.0
+        best, most, there = 0.0, 0.0, start
         for length in LENGTHS:
-            value = end.value if length == 1.0 else design.value(chi + length * s)
-            gain = start.value - value - length * slope - 0.5 * length**2 * bend
+            value = end if length == 1.0 else self._objective.design.value(chi + length * s)
+            gain = start - value - length * slope - 0.5 * length**2 * bend
             if gain > most:
-                best, most = length, gain
+                best, most, there = length, gain, value
             elif best > 0.0:
                 break
-        there = start if best == 0.0 else end if best == 1.0 else design(chi + best * s)
         return best, most, there
 
     def _land(self, model: Model, now: ModelPoint, step: _Newton, dt: float) -> _Landing:
@@ -250,4 +253,5 @@ def _adapted(trust: Trust, step: _Newton, landing: _Landing) -> Trust:
     reach = max(trust.reach, min(2.0 * size, FARTHEST))
     if step.products > MANY:
         return Trust(trust.damping * TIGHTEN, reach)
-    return Trust(max(LOOSEST, trust.damping * LOOSEN) if landing.quality > GOOD else trust.damping, reach)
+    factor = LET_GO if landing.quality > HELD_BACK else LOOSEN if landing.quality > GOOD else 1.0
+    return Trust(max(LOOSEST, factor * trust.damping), reach)

@@ -32,6 +32,8 @@ RETREAT = 0.4
 BINDING = 0.02
 #: The search ends where Δt has shrunk to this part of its first value.
 SMALLEST_STEP = 1e-8
+#: Design updates over which :attr:`Optimiser.least_gain` is measured.
+WINDOW = 5
 #: Counts of work that the history holds, and the parts that seconds are booked on.
 COUNTS = ("newton", "krylov", "products", "factorisations")
 PARTS = ("state", "adjoint", "inner")
@@ -87,6 +89,7 @@ class Optimiser:
         objective: the case.
         first_step: Δt of the first update.
         tolerance: stationarity at which the optimisation is converged.
+        least_gain: share of C that the last :data:`WINDOW` updates must have gained together for it to go on.
         max_products: most Hessian products of the model per inner problem.
     """
 
@@ -96,10 +99,12 @@ class Optimiser:
         *,
         first_step: float = 100.0,
         tolerance: float = 1e-3,
+        least_gain: float = 0.0,
         max_products: int = 60,
     ) -> None:
         self.objective = objective
-        self.first_step, self.tolerance, self.max_products = first_step, tolerance, max_products
+        self.first_step, self.max_products = first_step, max_products
+        self.tolerance, self.least_gain = tolerance, least_gain
         self.metric = Metric(
             objective.discretisation,
             objective.objective.diffusivity_length,
@@ -173,7 +178,7 @@ class Optimiser:
     # --------------------------------------------------------------------- loop
 
     def run(self, progress: Progress, max_updates: int, accepted: Callable[[Progress], None] | None = None) -> Outcome:
-        """Update the design until it is stationary, ``max_updates`` in all are made, or no step helps.
+        """Update the design until it is stationary, ``max_updates`` in all are made, or updates gain too little.
 
         Args:
             progress: from :meth:`begin` or :meth:`resume`; updated in place.
@@ -185,12 +190,23 @@ class Optimiser:
                 return Outcome(progress, True, f"The design is stationary (measure {measure:.1e}).")
             if len(progress.history) > max_updates:
                 return Outcome(progress, False, f"The limit of {max_updates} design updates is reached.")
+            if self._settled(progress):
+                return Outcome(
+                    progress,
+                    False,
+                    f"The last {WINDOW} design updates lowered C by less than {self.least_gain:.1%} of it; "
+                    f"the measure is {measure:.1e}.",
+                )
             if not self._update(progress):
                 return Outcome(
                     progress, False, f"No smaller step lowers the objective any more; the measure is {measure:.1e}."
                 )
             if accepted is not None:
                 accepted(progress)
+
+    def _settled(self, progress: Progress) -> bool:
+        values = [record["C"] for record in progress.history[-WINDOW - 1 :]]
+        return len(values) > WINDOW and values[0] - values[-1] < self.least_gain * abs(values[-1])
 
     def _update(self, progress: Progress) -> bool:
         """One accepted design update, or False if Δt shrinks to nothing."""

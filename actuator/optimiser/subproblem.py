@@ -2,12 +2,15 @@
 
     min over s of   r·s + ½ sᵀ (B + Q) s + D(χ + s),   D = C_χ + C_A + C_i,
 
-Q being the matrix of the step terms. C_χ and C_i are walls with kinks: a quadratic model of them holds only as far as
-the next kink, which is why they are not part of the quadratic. No physics is computed here.
+Q being the matrix of the step terms, and no vertex changing by more than a reach. C_χ and C_i are walls: a quadratic
+model of them holds only as far as the next kink, which is why they are not part of the quadratic. C_χ and the reach are
+bounds of an interior point method (:mod:`actuator.optimiser.barrier`); C_A and C_i are followed by Newton's method
+itself. No physics is computed here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,28 +20,34 @@ from actuator.design_terms import DesignObjective, DesignTerms
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
+from actuator.optimiser.barrier import Barrier, Bounds
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
 from actuator.tangent import symmetric_product
 
+#: Most steps of the interior point method; where they run out, the best design so far serves.
 MAX_NEWTON = 20
 #: Most corrections of the design Hessian by what lies ahead; factor per trial and least length of the search after it.
 LOOK_AHEAD, SHRINK, SHORTEST = 8, 0.4, 1e-5
-#: Largest change of χ in one Newton step, and share of the linear decrease that is enough.
-LARGEST, ENOUGH, SOME = 1.0, 0.05, 1e-4
+#: Largest change of χ in one Newton step; how far C_A and C_i may lie above their quadratic, over the linear decrease.
+LARGEST, ENOUGH = 1.0, 0.25
 #: Largest shift of a Hessian that is not positive definite, over that of B: more means that something else is wrong.
 LARGEST_SHIFT = 1e18
-#: The search ends when a Newton step brings less than this part of all that was gained.
+#: The search ends when a step brings, and the bounds hold back, less than this part of all that was gained.
 STALLED = 0.05
+#: What terms may be off by in double precision.
+ROUNDING = 1e-14
+#: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
+START = 1e-2
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Solution of a subproblem: the step, what it promises (negative), and the design terms there."""
+    """Solution of a subproblem: the step, what it promises (negative), and the sum of the design terms there."""
 
     step: Floats
     change: float
-    design: DesignTerms
+    value: float
 
 
 class Subproblem:
@@ -52,62 +61,96 @@ class Subproblem:
 
     def __init__(self, design: DesignObjective, solver: DirectSolver, norm: Metric) -> None:
         self._design, self._solver, self._norm = design, solver, norm
+        self._share = design.from_points(np.ones_like(design.volumes))  # volume of each vertex
         self._diagonal = design.gather.indptr[:-1]  # an upper triangle's rows begin with the diagonal
 
     def solve(
-        self, chi: Floats, at: DesignTerms, linear: Floats, curvature: Curvature, quadratic: Floats, reach: float
+        self, chi: Floats, value: float, linear: Floats, curvature: Curvature, quadratic: Floats, reach: float
     ) -> Proposal | None:
         """Minimise from s = 0.
 
         Args:
-            chi, at: design and its terms at s = 0.
+            chi, value: design and the sum of its terms at s = 0.
             linear: r, (n_vertices,).
             curvature: B.
             quadratic: data of Q's upper triangle, on the pattern of ``norm``.
-            reach: change of χ beyond which the search ends.
+            reach: largest change of χ.
 
         Returns:
             None if no step lowers the objective.
         """
-        matrix = self._design.gather.matrix(quadratic)
+        design, matrix = self._design, self._design.gather.matrix(quadratic)
         s = np.zeros_like(chi)
         bent = np.zeros_like(chi)  # (B + Q) s
-        there, value = at, 0.0
-
-        def objective(s: Floats, bent: Floats, design: float) -> float:
-            return float(linear @ s) + 0.5 * float(s @ bent) + design - at.value
+        there = design(chi, passive=False)
+        force = linear + there.gradient
+        if not force.any():
+            return None
+        barrier = Barrier(self._bounds(chi, reach), START * float(np.abs(force).sum()) / self._norm.volume)
+        best, rounding = Proposal(s, 0.0, value), ROUNDING * abs(value)
 
         for _ in range(MAX_NEWTON):
-            residual = linear + bent + there.gradient
-            hessian, enough = there.hessian, ENOUGH
+            wall = barrier.linearise(s)
+            force, hessian = linear + bent + there.gradient, there.hessian
             for _ in range(LOOK_AHEAD):
-                p = -self._inverse(hessian + quadratic, curvature, residual)
-                q = curvature @ p + symmetric_product(matrix, p)
+                inverse = self._inverse(hessian + wall + quadratic, curvature)
+                residual = force + barrier.push(-inverse(force + barrier.push()))
+                p = -inverse(residual)
                 slope = float(residual @ p)
                 if not slope < 0.0:
-                    return Proposal(s, value, there) if value < 0.0 else None
-                length = min(1.0, LARGEST / float(np.abs(p).max()))
-                ahead = self._design(chi + (s + length * p))
-                low = objective(s + length * p, bent + length * q, ahead.value)
-                if low < value + enough * length * slope:
+                    return best if best.change < 0.0 else None
+                length = min(barrier.longest(p), LARGEST / float(np.abs(p).max()))
+                ahead = design(chi + (s + length * p), passive=False)
+                if self._above(there, ahead, length * p) < rounding - ENOUGH * length * slope:
                     break
                 hessian = 0.5 * (hessian + ahead.hessian)
-            else:
-                enough = SOME
-            first = length
-            while not low < value + enough * length * slope and length > SHORTEST:
+            while self._above(there, ahead, length * p) > rounding - ENOUGH * length * slope and length > SHORTEST:
                 length *= SHRINK
-                low = objective(s + length * p, bent + length * q, self._design.value(chi + (s + length * p)))
-            if not low < value:
+                ahead = design(chi + (s + length * p), passive=False)
+            barrier.move(p, length)
+            s, bent, there = s + length * p, bent + length * (curvature @ p + symmetric_product(matrix, p)), ahead
+            terms = design.value(chi + s)
+            change = float(linear @ s) + 0.5 * float(s @ bent) + terms - value
+            drop = best.change - change
+            if drop > 0.0:
+                best = Proposal(s, change, terms)
+            if max(drop, barrier.gap) < STALLED * -best.change:
                 break
-            s, bent = s + length * p, bent + length * q
-            drop, value, there = value - low, low, ahead if length == first else self._design(chi + s)
-            if drop < STALLED * -value or float(np.abs(s).max()) > reach:
-                break
-        return Proposal(s, value, there) if value < 0.0 else None
+        return best if best.change < 0.0 else None
 
-    def _inverse(self, data: Floats, curvature: Curvature, r: Floats) -> Floats:
-        """(sparse + B)⁻¹ r; more of the norm's matrix where the sparse part is not positive definite."""
+    def _bounds(self, chi: Floats, reach: float) -> list[Bounds]:
+        """C_χ, unless it weighs nothing, and the largest change of χ either way."""
+        design, found = self._design, []
+        if design.passive_weight > 0.0:
+            found = [
+                Bounds(
+                    design.room(chi),
+                    design.volumes,
+                    1.0 / design.passive_weight,
+                    design.at_points,
+                    design.from_points,
+                    design.point_stiffness,
+                )
+            ]
+        room, share = np.full_like(chi, reach), self._share
+        return [
+            *found,
+            Bounds(room, share, 0.0, lambda s: s, lambda force: share * force, self._on_diagonal),
+            Bounds(room, share, 0.0, lambda s: -s, lambda force: -share * force, self._on_diagonal),
+        ]
+
+    def _on_diagonal(self, sigma: Floats) -> Floats:
+        data = np.zeros_like(self._norm.upper)
+        data[self._diagonal] = self._share * sigma
+        return data
+
+    def _above(self, there: DesignTerms, ahead: DesignTerms, step: Floats) -> float:
+        """By how much the terms after a step lie above their quadratic."""
+        bend = float(step @ symmetric_product(self._design.gather.matrix(there.hessian), step))
+        return ahead.value - there.value - float(there.gradient @ step) - 0.5 * bend
+
+    def _inverse(self, data: Floats, curvature: Curvature) -> Callable[[Floats], Floats]:
+        """(sparse + B)⁻¹; more of the norm's matrix where the sparse part is not positive definite."""
         upper, shift = self._norm.upper, curvature.scale
         data = data.copy()
         data[self._diagonal] += curvature.diagonal
@@ -119,11 +162,15 @@ class Subproblem:
                 shift *= 4.0
                 if not shift < LARGEST_SHIFT * curvature.scale:
                     raise
-        z = self._solver.solve(r, check=None)
         columns = curvature.columns
         if columns.shape[1] == 0:
-            return z
+            return lambda r: self._solver.solve(r, check=None)
         # (A + C J Cᵀ)⁻¹ = A⁻¹ - A⁻¹ C (J + Cᵀ A⁻¹ C)⁻¹ Cᵀ A⁻¹
         inverse = self._solver.solve(columns, check=None)
         small = np.diag(curvature.signs) + columns.T @ inverse
-        return z - inverse @ sl.solve(small, columns.T @ z, assume_a="sym")
+
+        def apply(r: Floats) -> Floats:
+            z = self._solver.solve(r, check=None)
+            return z - inverse @ sl.solve(small, columns.T @ z, assume_a="sym")
+
+        return apply
