@@ -36,7 +36,7 @@ class Ended:
 
 Poro = Callable[..., Ended]
 
-#: Of tests that send signals.
+#: Of tests that end a process by SIGINT, SIGTERM or SIGKILL: Windows has no such signals. One mark for four test files.
 POSIX_SIGNALS = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 #: Starts the program in a process of its own.

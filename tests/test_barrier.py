@@ -32,7 +32,7 @@ def solved(root: Floats, b: Floats, *bounds: Bounds, most: int = 25) -> Floats:
         free = -np.linalg.solve(matrix, force + barrier.push())
         step = -np.linalg.solve(matrix, force + barrier.push(free))
         length = barrier.longest(step)
-        barrier.move(step, length)
+        barrier.move(length)
         s = s + length * step
         if barrier.gap < 1e-12:
             return s

@@ -158,7 +158,7 @@ def test_limit_of_updates_is_the_reason(run: Run) -> None:
 
 
 def test_run_ends_where_updates_gain_little(run: Run) -> None:
-    """Five updates are looked at, so that fewer never end a run; an interrupted run ends where a whole one does."""
+    """Five updates are looked at, so that fewer never end a run; one that has ended stays ended."""
     loop, progress = begun(least_gain=0.9)
     outcome = loop.run(progress, 20)
     values = [record["C"] for record in progress.history]

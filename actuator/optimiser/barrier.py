@@ -90,7 +90,8 @@ class Barrier:
     """
 
     def __init__(self, bounds: Sequence[Bounds], start: float) -> None:
-        self._walls = []
+        self._walls: list[_Walls] = []
+        self._steps: list[tuple[Floats, Floats]] = []
         for each in bounds:
             y = np.maximum(each.room, ROOM)
             self._walls.append(_Walls(each, y, start / y))
@@ -115,30 +116,28 @@ class Barrier:
         if along is None:
             return np.asarray(sum(wall.push(0.0) for wall in self._walls))
         share = self.longest(along)
-        steps = [wall.step(along) for wall in self._walls]
         left = sum(
             float(np.sum(wall.bounds.volumes * (wall.y + share * dy) * (wall.multiplier + share * d_multiplier)))
-            for wall, (dy, d_multiplier) in zip(self._walls, steps, strict=True)
+            for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True)
         )
         barrier = (left / self.gap) ** 3 * self.gap / self._volume
         return np.asarray(
             sum(
                 wall.push(barrier - dy * d_multiplier)
-                for wall, (dy, d_multiplier) in zip(self._walls, steps, strict=True)
+                for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True)
             )
         )
 
     def longest(self, ds: Floats) -> float:
         """Share of a Newton step ds, at most 1, that leaves slacks and multipliers positive."""
-        share = 1.0
-        for wall in self._walls:
-            for value, change in zip((wall.y, wall.multiplier), wall.step(ds), strict=True):
+        share, self._steps = 1.0, [wall.step(ds) for wall in self._walls]
+        for wall, changes in zip(self._walls, self._steps, strict=True):
+            for value, change in zip((wall.y, wall.multiplier), changes, strict=True):
                 falling = change < 0.0
                 share = min(share, INSIDE * float(np.min(-value[falling] / change[falling], initial=np.inf)))
         return share
 
-    def move(self, ds: Floats, share: float) -> None:
-        """Go a share of a Newton step."""
-        for wall in self._walls:
-            dy, d_multiplier = wall.step(ds)
+    def move(self, share: float) -> None:
+        """Go a share of the last Newton step given to :meth:`longest`."""
+        for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True):
             wall.y, wall.multiplier = wall.y + share * dy, wall.multiplier + share * d_multiplier

@@ -107,7 +107,7 @@ class Subproblem:
             while self._above(there, ahead, length * p) > rounding - ENOUGH * length * slope and length > SHORTEST:
                 length *= SHRINK
                 ahead = design(chi + (s + length * p), passive=False)
-            barrier.move(p, length)
+            barrier.move(length)
             s, bent, there = s + length * p, bent + length * (curvature @ p + symmetric_product(matrix, p)), ahead
             terms = design.value(chi + s)
             change = float(linear @ s) + 0.5 * float(s @ bent) + terms - value
