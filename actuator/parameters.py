@@ -102,6 +102,7 @@ class Objective:
         energy_limit: Ψ_lim, N/mm².
         interface_width, diffusivity_length: L_i and L_t, mm.
         length_unit: what the paper calls 1 mm in Eqs. (14), (B.1), (B.2) and (C.1), whose numbers have units, mm.
+        strain_energy_shift: shift of χ in C_Ψ, Eq. (14), dimensionless; None for the printed one.
     """
 
     area_weight: float
@@ -113,10 +114,13 @@ class Objective:
     interface_width: float
     diffusivity_length: float
     length_unit: float = 1.0
+    strain_energy_shift: float | None = None
 
     @property
     def energy_shift(self) -> float:
-        """Shift of χ in C_Ψ, Eq. (14): 4 / L_i, L_i counted in the length unit; dimensionless."""
+        """Shift of χ in C_Ψ; as printed in Eq. (14) it is 4 / L_i, L_i counted in the length unit; dimensionless."""
+        if self.strain_energy_shift is not None:
+            return self.strain_energy_shift
         return 4.0 / (self.interface_width / self.length_unit)
 
     @property
@@ -134,6 +138,7 @@ class Objective:
         slope_weight: float,
         strain_energy_weight: float,
         passive_weight: float,
+        strain_energy_shift: float | None = None,
         **others: float,
     ) -> Objective:
         """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed."""
@@ -144,5 +149,6 @@ class Objective:
             slope_weight=slope_weight * volume,
             strain_energy_weight=strain_energy_weight / volume,
             passive_weight=passive_weight / volume,
+            strain_energy_shift=strain_energy_shift,
             **others,
         )

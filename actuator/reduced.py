@@ -70,7 +70,7 @@ class ReducedObjective:
         objective: Objective,
         *,
         state_tolerance: float = 1e-8,
-        adjoint_tolerance: float = 1e-10,
+        adjoint_tolerance: float = 1e-11,
         solver: SolverName = "auto",
         threads: int = 2,
         scheme: Scheme = DEFAULT,

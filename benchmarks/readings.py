@@ -81,7 +81,8 @@ def case(reading: Reading, settings: Settings) -> tuple[ReducedObjective, Floats
     optimizer, material = settings.optimizer, settings.material
     if reading.regularisation is not None:
         material = material.model_copy(update={"hessian_regularisation": reading.regularisation})
-    settings = settings.model_copy(update={"material": material})
+    limits = settings.objective.model_copy(update={"strain_energy_shift": reading.shift})
+    settings = settings.model_copy(update={"material": material, "objective": limits})
     objective = ReducedObjective(
         settings.domain.build(),
         *settings.parameters(),
@@ -90,9 +91,6 @@ def case(reading: Reading, settings: Settings) -> tuple[ReducedObjective, Floats
         threads=1,
         scheme=reading.scheme,
     )
-    equilibrium = objective.equilibrium
-    if reading.shift is not None:
-        equilibrium.coefficients = equilibrium.coefficients._replace(energy_shift=reading.shift)
     domain = objective.domain
     points, more = reading.start(domain.points)
     return objective, initial_design(points, domain.radius, settings.objective.interface_width) + more

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import Evaluation, ReducedObjective
 
-VERSION = 6
+VERSION = 7
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -34,10 +34,10 @@ class OptimizerSettings(Section):
     max_updates: int = Field(200, ge=0, description="most design updates [-]")
     stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
     least_gain: float = Field(
-        5.0e-3, ge=0, lt=1, description="stop when five design updates gain less than this share of C; 0 never does [-]"
+        1.0e-4, ge=0, lt=1, description="stop when five design updates gain less than this share of C; 0 never does [-]"
     )
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
-    adjoint_tolerance: float = Field(1.0e-10, gt=0, lt=1, description="relative residual of the adjoint [-]")
+    adjoint_tolerance: float = Field(1.0e-11, gt=0, lt=1, description="relative residual of the adjoint [-]")
     max_products: int = Field(60, ge=1, description="most Hessian products of the model per design update [-]")
     first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
     keep_updates: int = Field(

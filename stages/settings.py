@@ -89,6 +89,10 @@ class ObjectiveSettings(Section):
     strain_energy_weight: float = Field(1.0e6, ge=0, description="c_Ψ, strain energy density [-]")
     passive_weight: float = Field(1.0e5, ge=0, description="weight of C_χ, passive void core [-]")
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
+    strain_energy_shift: float | None = Field(
+        None,
+        description="shift of χ in C_Ψ; 0 holds the limit in the material as it is, none is the paper's 4 / L_i [-]",
+    )
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
     diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
     length_unit: float = Field(
@@ -96,10 +100,11 @@ class ObjectiveSettings(Section):
     )
 
     @model_serializer(mode="wrap")
-    def _without_the_papers_unit(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave the paper's 1 mm out, for the same reason as the default law."""
+    def _without_the_papers_readings(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave the paper's 1 mm and its shift out, for the same reason as the default law."""
+        papers = {"length_unit": 1.0, "strain_energy_shift": None}
         data: dict[str, Any] = handler(self)
-        return {key: value for key, value in data.items() if key != "length_unit" or self.length_unit != 1.0}
+        return {key: value for key, value in data.items() if key not in papers or value != papers[key]}
 
 
 class ProblemSettings(Section):

@@ -36,7 +36,7 @@ def half_cylinder(core_cells: int = 2, rings: int = 1, layers: int = 3) -> HalfC
 
 
 def parameters(
-    *, material: dict[str, float] | None = None, load: dict[str, float] | None = None, **objective: float
+    *, material: dict[str, float] | None = None, load: dict[str, float] | None = None, **objective: float | None
 ) -> tuple[Material, Load, Objective]:
     """The paper's parameters with some of the case file's settings replaced."""
     return ProblemSettings(

@@ -24,7 +24,7 @@ def small_objective(domain: HalfCylinder | None = None, tolerance: float = 1e-8,
         domain or small_domain(),
         *parameters(**changes),
         state_tolerance=tolerance,
-        adjoint_tolerance=tolerance,
+        adjoint_tolerance=max(1e-3 * tolerance, 1e-12),
         threads=1,
     )
 

@@ -110,6 +110,10 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
     assert case11.objective.strain_limit == 0.11
     objective = case11.objective.model_copy(update={"strain_limit": 0.14})
     assert case11.model_copy(update={"name": "case14", "objective": objective}) == case14
+    for name, limits in (("case14", case14.objective), ("case11", case11.objective)):
+        unshifted = read_case(find_case(Path(f"{name}-unshifted.yaml")))[0]
+        objective = limits.model_copy(update={"strain_energy_shift": 0.0})
+        assert unshifted == case14.model_copy(update={"name": unshifted.name, "objective": objective})
     domain = quick.domain.build()
     assert domain.layers * domain.section_cells == 1080
     small = {"name": "case14", "domain": case14.domain, "optimizer": case14.optimizer}

@@ -242,14 +242,16 @@ def test_leak_of_known_pressures_on_the_wall(reduced: ReducedObjective) -> None:
     assert abs(inside @ reduced.leak @ inside) < 1e-10
 
 
-@pytest.mark.parametrize("limit", [0.02, 0.14])
-def test_strain_energy_term_of_a_homogeneous_deformation(reduced: ReducedObjective, limit: float) -> None:
-    """C_Ψ = c_Ψ/6 |Ω| <Ψ(χ + 4/L_i) / Ψ_lim - 1>⁶."""
-    objective: Objective = parameters(strain_limit=limit)[2]
+@pytest.mark.parametrize(("limit", "shift"), [(0.02, None), (0.14, None), (0.02, 0.0), (0.02, 2.5)])
+def test_strain_energy_term_of_a_homogeneous_deformation(
+    reduced: ReducedObjective, limit: float, shift: float | None
+) -> None:
+    """C_Ψ = c_Ψ/6 |Ω| <Ψ(χ + 4/L_i) / Ψ_lim - 1>⁶, or with another shift."""
+    objective: Objective = parameters(strain_limit=limit, strain_energy_shift=shift)[2]
     assert objective.energy_limit == pytest.approx(0.5 * 2.736 * limit**2, rel=1e-14)
-    c = coefficients(strain_energy_weight=7.0, energy_limit=objective.energy_limit)
+    c = coefficients(strain_energy_weight=7.0, energy_limit=objective.energy_limit, energy_shift=objective.energy_shift)
     chi, F = -0.4, IDENTITY + 0.15 * (STRETCH - IDENTITY)
-    ratio = strain_energy(F, ramp(chi + 4.0 / WIDTH, c), c) / objective.energy_limit
+    ratio = strain_energy(F, ramp(chi + (4.0 / WIDTH if shift is None else shift), c), c) / objective.energy_limit
     assert (ratio > 1.0) == (limit < 0.1)
     value, largest = strain_energy_excess(reduced.equilibrium.geometry, c, chi * ONES, DOMAIN.nodes @ (F - IDENTITY).T)
     assert largest == pytest.approx(ratio, rel=1e-11)

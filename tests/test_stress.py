@@ -176,6 +176,15 @@ def test_the_length_unit_is_left_out_where_it_is_the_papers() -> None:
     assert (limits.slope_weight, limits.passive_weight) == pytest.approx((1e9, 1e-4))
 
 
+def test_the_shift_of_the_strain_limit_is_left_out_where_it_is_the_papers() -> None:
+    assert "strain_energy_shift" not in ObjectiveSettings().model_dump()
+    for shift in (0.0, 2.5):
+        case = parse_case(f"objective: {{strain_energy_shift: {shift}}}\n".encode(), "case.yaml", "case")
+        assert case.objective.model_dump()["strain_energy_shift"] == shift
+        assert case.parameters()[2].energy_shift == shift
+    assert ObjectiveSettings(length_unit=2.0).model_dump() == {**ObjectiveSettings().model_dump(), "length_unit": 2.0}
+
+
 def test_the_stiffest_spring_is_a_held_end(reference: Found) -> None:
     coarse = DomainSettings(core_cells=3, rings=2, layers=4)
     found = run(Trial("spring", "1e6", settings(load__spring_ratio=1e6).model_copy(update={"domain": coarse})))

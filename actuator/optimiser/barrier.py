@@ -24,7 +24,7 @@ import numpy as np
 from actuator.domain import Floats
 
 #: Least slack at the start, in χ.
-ROOM = 1e-3
+ROOM = 1e-4
 #: Share of the way to the next zero of a slack or multiplier that a step may go.
 INSIDE = 0.95
 

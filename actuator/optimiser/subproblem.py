@@ -33,12 +33,12 @@ LOOK_AHEAD, SHRINK, SHORTEST = 8, 0.4, 1e-5
 LARGEST, ENOUGH = 1.0, 0.25
 #: Largest shift of a Hessian that is not positive definite, over that of B: more means that something else is wrong.
 LARGEST_SHIFT = 1e18
-#: The search ends when a step brings, and the bounds hold back, less than this part of all that was gained.
+#: The search ends when a step, had it been taken whole, would bring less than this part of all that was gained.
 STALLED = 0.05
 #: What terms may be off by in double precision.
 ROUNDING = 1e-14
 #: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
-START = 1e-2
+START = 0.1
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Subproblem:
             drop = best.change - change
             if drop > 0.0:
                 best = Proposal(s, change, terms)
-            if max(drop, barrier.gap) < STALLED * -best.change:
+            if abs(drop) < STALLED * length * -best.change:
                 break
         return best if best.change < 0.0 else None
 
