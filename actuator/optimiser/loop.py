@@ -194,7 +194,7 @@ class Optimiser:
                 return Outcome(
                     progress,
                     False,
-                    f"The last {WINDOW} design updates lowered C by less than {self.least_gain:.1%} of it; "
+                    f"The last {WINDOW} design updates lowered C by less than {100.0 * self.least_gain:.2g} % of it; "
                     f"the measure is {measure:.1e}.",
                 )
             if not self._update(progress):
