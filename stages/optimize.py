@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import Evaluation, ReducedObjective
 
-VERSION = 7
+VERSION = 8
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (

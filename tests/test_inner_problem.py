@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_case import metric_of, small_objective, start_of
 
-from actuator.optimiser.inner import InnerProblem
+from actuator.optimiser.inner import InnerProblem, Trust, _Landing
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
@@ -120,3 +120,17 @@ def test_no_state_is_solved_for(inner: InnerProblem, objective: ReducedObjective
     inner.solve(model, 10.0, 60)
     assert (work.states, work.factorisations, work.krylov) == before
     assert work.darcy_factorisations > 0
+
+
+def test_trust_falls_even_where_the_displacements_drift(
+    inner: InnerProblem, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A step of which little could be taken ends the inner problem; the next must not promise the same again."""
+    whole = inner.solve(model, 1e4, 60)
+    point = whole.trail[0]
+    landing = _Landing(point, length=0.06, quality=0.05, drifted=True)
+    monkeypatch.setattr(InnerProblem, "_land", lambda *_: landing)
+    step = inner.solve(model, 1e4, 60, trust=Trust(damping=1e-2, reach=0.5))
+    assert step.trail == (point,)
+    assert step.trust.damping > 1e-2
+    assert step.trust.reach < 0.1 * 0.5

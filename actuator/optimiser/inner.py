@@ -40,6 +40,9 @@ HELD_BACK, LET_GO = 1.5, 0.01
 #: products can resolve, and the step that they leave, good as the quadratic is there, brings next to nothing.
 MANY = 15
 LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
+#: Most damping and least reach that an inner problem begins with: its model is new, and mistrust of the last one
+#: counts less.
+NEW_DAMPING, NEW_REACH = 1.0, 0.1
 #: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
 WINDOW, STALLED = 4, 0.05
 #: Share of all that was gained below which a Newton step is not worth more products, nor another Newton step.
@@ -142,8 +145,7 @@ class InnerProblem:
             trust: for the first Newton step.
         """
         curvature = self.blank() if curvature is None else curvature
-        # The model is new: mistrust of the last one counts no more.
-        trust = Trust() if trust is None else Trust(min(trust.damping, 1.0), max(trust.reach, 0.3))
+        trust = Trust() if trust is None else Trust(min(trust.damping, NEW_DAMPING), max(trust.reach, NEW_REACH))
         now = start = model.start()
         model.gradient(now)
         curvature.rebase(model.diagonal(now))
@@ -161,9 +163,9 @@ class InnerProblem:
                 gains.append(self._value(start, dt) - self._value(now, dt))
                 if gains[-1] - gains[-2] < WORTHLESS * gains[-1]:
                     break
+            trust = _adapted(trust, step, landing)
             if landing.drifted and trail:
                 break
-            trust = _adapted(trust, step, landing)
             if len(gains) > WINDOW and gains[-1] - gains[-1 - WINDOW] < STALLED * gains[-1]:
                 break
         return InnerStep(start, tuple(trail), newton, products, trust)
