@@ -91,7 +91,7 @@ class ObjectiveSettings(Section):
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
     strain_energy_shift: float | None = Field(
         None,
-        description="shift of χ in C_Ψ; 0 holds the limit in the material as it is, none is the paper's 4 / L_i [-]",
+        description="shift of χ in C_Ψ; 0 holds the limit in the material as it is; left out, the paper's 4 / L_i [-]",
     )
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
     diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
