@@ -11,7 +11,7 @@ creeps. Slacks and multipliers hold the place of the wall instead,
 
     y_q = d_q − a_q·s + λ_q / c,   λ_q y_q = β → 0,   y, λ > 0
 
-(Nocedal & Wright 2006, ch. 19): about ten Newton steps, however many points meet the wall.
+(Nocedal & Wright 2006, ch. 19): a few Newton steps, however many points meet the wall.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Barrier:
 
     @property
     def gap(self) -> float:
-        """Σ w λ y: by about as much F may still fall."""
+        """Σ w λ y: F may fall by at most about as much; near the end it is mostly far less."""
         return sum(wall.gap for wall in self._walls)
 
     def linearise(self, s: Floats) -> Floats:
