@@ -173,7 +173,7 @@ def plot(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Draw an optimised design: histories, section with pressure, and views."""
+    """Draw an optimised design: histories (also as CSV), section with pressure, and views."""
     from pipeline import commands
 
     typer.echo(commands.plot(commands.open_job(case, output), format, as_json=as_json))

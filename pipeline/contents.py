@@ -29,8 +29,14 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Content = tuple[dict[str, Dataset], vtkhdf.GridPaths]
 
-#: Units of the history's columns; the others are numbers without a unit.
-UNITS = {"T1": "mm", "T3": "mm", "theta2": "rad", "p_min": "N/mm^2", "p_max": "N/mm^2", "seconds": "s"}
+#: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
+HISTORY = {
+    **dict.fromkeys(("update", "evaluations", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi"), "1"),
+    **{"T1": "mm", "T3": "mm", "theta2": "rad"},
+    **dict.fromkeys(("dt", "stationarity", "energy_ratio", "steepest"), "1"),
+    **dict.fromkeys(("newton", "krylov", "products", "factorisations", "inner"), "1"),
+    **dict.fromkeys(("seconds_state", "seconds_adjoint", "seconds_inner", "seconds"), "s"),
+}
 
 
 def of_optimize(result: stages.optimize.Result, kept: Kept | None = None) -> Content:
@@ -59,7 +65,7 @@ def of_optimize(result: stages.optimize.Result, kept: Kept | None = None) -> Con
         "arm": Dataset(result.arm, "mm, mm, rad", "rigid motion T1, T3, theta2 of the arm's root"),
         **_domain(domain),
         **{
-            f"history/{name}": Dataset(column, UNITS.get(name, "1"), f"{name} after every design update")
+            f"history/{name}": Dataset(column, HISTORY.get(name, "1"), f"{name} after every design update")
             for name, column in result.history.items()
         },
     }

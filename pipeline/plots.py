@@ -23,6 +23,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from actuator.failure import Failure
+from pipeline import contents
 from pipeline.arm_figure import arm_figure
 from pipeline.atomic import write_bytes
 from pipeline.design import Design, Floats
@@ -30,6 +31,7 @@ from pipeline.initial_figure import initial_figure
 from pipeline.offscreen import drawn_apart, with_fewer_colours
 from pipeline.path_plot import pressure_displacement
 from pipeline.simulation import read_simulation
+from pipeline.table_file import as_csv
 from pipeline.vtkhdf import vtk_order
 
 # Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
@@ -62,7 +64,7 @@ class Drawing:
 def plot_design(
     design: Design, folder: Path, format: str = "png", simulation: Path | None = None
 ) -> tuple[list[Path], list[str]]:
-    """Draw all figures of a design.
+    """Draw all figures of a design, and write its history as a table.
 
     Args:
         design: the design.
@@ -77,7 +79,9 @@ def plot_design(
         Fault: if the simulation is unreadable (ARTIFACT).
         OSError: if the folder or the disk does not take a figure.
     """
-    files, problems = [], []
+    table = folder / f"{design.name}-history.csv"
+    write_bytes(table, history_table(design).encode())
+    files, problems = [table], []
     for kind in (*FIGURES, *(["pressure"] if simulation else []), "views"):
         path = folder / f"{design.name}-{kind}.{'png' if kind == 'views' else format}"
         try:
@@ -130,6 +134,15 @@ def path_figure(simulation: Path) -> Figure:
         Fault: if it is unreadable (ARTIFACT).
     """
     return pressure_displacement(read_simulation(simulation))
+
+
+def history_table(design: Design) -> str:
+    """All columns of the history as CSV, with their units in the first line."""
+    units = contents.HISTORY
+    names = sorted(design.history, key=[*units, *design.history].index)
+    rows = zip(*(design.history[name] for name in names), strict=True)
+    heading = (f"{name} [{units.get(name, '1')}]" for name in names)
+    return as_csv(heading, ([f"{value:.10g}" for value in row] for row in rows))
 
 
 def history(design: Design) -> Figure:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline import artifact, contents
+from pipeline import artifact, contents, table_file
 from pipeline.case import Case, stored_case
 from stages.response import COLUMNS
 from stages.rig import scaled
@@ -80,13 +78,11 @@ def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
     lengths = ("elongation", "T1", "T3")
     if rig:
         heading += ["rig_pressure [kPa]", *(f"rig_{name} [mm]" for name in lengths)]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heading)
+    rows: list[list[str]] = []
     for field, curve in simulation.curves.items():
         columns = [curve[name] for name in COLUMNS]
         if rig:
             pressure = rig.scaled(curve["pressure"], curve["T3"])[0]
             columns += [pressure, *(rig.scaled(curve["pressure"], curve[name])[1] for name in lengths)]
-        writer.writerows([field, *(f"{value:.10g}" for value in row)] for row in zip(*columns, strict=True))
-    return text.getvalue()
+        rows += [[field, *(f"{value:.10g}" for value in row)] for row in zip(*columns, strict=True)]
+    return table_file.as_csv(heading, rows)

@@ -31,8 +31,20 @@ def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
     ended = poro("plot", folder / "tiny.h5")
     assert ended.code == 0, ended.err
     files = [folder / f"tiny-{kind}.png" for kind in ("initial", "history", "section", "arm", "views")]
-    assert ended.out.split() == [str(file) for file in files]
+    assert ended.out.split() == [str(file) for file in (folder / "tiny-history.csv", *files)]
     assert [0.01 < drawn(file) < 0.9 for file in files] == [True] * 5
+
+
+def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
+    assert poro("plot", folder / "tiny.h5").code == 0
+    heading, *rows = (folder / "tiny-history.csv").read_text().splitlines()
+    assert heading.startswith("update [1],evaluations [1],C [1],C0 [1],")
+    assert heading.endswith("seconds_inner [s],seconds [s]")
+    history = read_design(folder / "tiny.h5").history
+    names = [cell.split()[0] for cell in heading.split(",")]
+    assert sorted(names) == sorted(history)
+    for values, name in zip(zip(*(row.split(",") for row in rows), strict=True), names, strict=True):
+        np.testing.assert_allclose(np.array(values, dtype=float), history[name], rtol=1e-9)
 
 
 def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

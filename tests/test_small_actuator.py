@@ -3,15 +3,61 @@
 from __future__ import annotations
 
 import json
+import random
+import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from command_line import Poro
+from command_line import POSIX_SIGNALS, PROGRAM, Poro, environment
+from numpy.typing import NDArray
 
 from pipeline import artifact
 from pipeline.exit_codes import ExitCode
+from pipeline.shipped import shipped_case
+
+COMMAND = [*PROGRAM, "optimize", "long.yaml", "--output", ".", "--threads", "2"]
+
+
+def optimised(folder: Path, killed_after: float | None = None) -> dict[str, NDArray[np.float64]]:
+    """History and design of the small case without limits on updates and gain, once killed or undisturbed."""
+    folder.mkdir()
+    shipped = shipped_case("quick.yaml")
+    assert shipped
+    text = shipped.read_text()
+    (folder / "long.yaml").write_text(text.replace("max_updates: 30", "max_updates: 100\n  least_gain: 0.0"))
+    if killed_after is not None:
+        with subprocess.Popen(COMMAND, cwd=folder, env=environment(), stderr=subprocess.PIPE, text=True) as process:
+            assert process.stderr
+            next(line for line in process.stderr if line.split()[:1] == ["1"])  # the first design update
+            time.sleep(killed_after)
+            process.kill()
+        assert (folder / "long.checkpoint.h5").exists() and not (folder / "long.h5").exists()
+    ended = subprocess.run(COMMAND, cwd=folder, env=environment(), capture_output=True, text=True)
+    assert ended.returncode == ExitCode.OK, ended.stderr
+    updates = [line.split()[0] for line in ended.stderr.splitlines() if line.split()[:1] and line.split()[0].isdigit()]
+    assert (updates[0] == "0") == (killed_after is None), "a killed run goes on from its checkpoint"
+    found = artifact.read_group(folder / "long.h5", "optimize", "history")
+    return found | {"chi": artifact.read_group(folder / "long.h5", "optimize", "vertices")["chi"]}
+
+
+@pytest.mark.slow
+@POSIX_SIGNALS
+def test_small_case_converges_superlinearly_and_in_the_same_place_when_killed(tmp_path: Path) -> None:
+    whole = optimised(tmp_path / "whole")
+    assert (np.diff(whole["C"]) < 0.0).all()
+    assert whole["stationarity"][0] > 100.0
+    assert whole["stationarity"][-1] < 1e-3
+    # Five updates before the end it is fifty times as large, and what they gain is next to nothing.
+    assert whole["stationarity"][-6] > 50.0 * whole["stationarity"][-1]
+    assert whole["C"][-3] - whole["C"][-1] < 1e-6 * abs(whole["C"][-1])
+    assert whole["C0"][-1] < -0.16
+
+    killed = optimised(tmp_path / "killed", random.Random().uniform(0.0, 90.0))
+    np.testing.assert_array_equal(killed["chi"], whole["chi"])
+    np.testing.assert_array_equal(killed["C"], whole["C"])
 
 
 @pytest.mark.slow
