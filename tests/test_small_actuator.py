@@ -34,7 +34,8 @@ def optimised(folder: Path, killed_after: float | None = None) -> dict[str, NDAr
             next(line for line in process.stderr if line.split()[:1] == ["1"])  # the first design update
             time.sleep(killed_after)
             process.kill()
-        assert (folder / "long.checkpoint.h5").exists() and not (folder / "long.h5").exists()
+        assert (folder / "long.checkpoint.h5").exists()
+        assert not (folder / "long.h5").exists()
     ended = subprocess.run(COMMAND, cwd=folder, env=environment(), capture_output=True, text=True)
     assert ended.returncode == ExitCode.OK, ended.stderr
     updates = [line.split()[0] for line in ended.stderr.splitlines() if line.split()[:1] and line.split()[0].isdigit()]
