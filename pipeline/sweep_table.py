@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from pathlib import Path
 from typing import Any
 
-from pipeline import atomic
+from pipeline import atomic, table_file
 from pipeline.sweep import Sweep
 
 #: Results by the name of their column: unit, and where they stand in the summaries of the stages.
@@ -68,11 +66,7 @@ def write(sweep: Sweep, table: list[Row]) -> list[Path]:
 
 def as_csv(table: list[Row]) -> str:
     """The table with all digits."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(table[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(table)
-    return text.getvalue()
+    return table_file.as_csv(table[0], ([row[name] for name in table[0]] for row in table))
 
 
 def as_markdown(sweep: Sweep, table: list[Row]) -> str:
