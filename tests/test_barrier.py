@@ -64,6 +64,32 @@ def test_soft_bounds_give_way_as_their_penalty_does() -> None:
     assert (s - room).max() > 1e-2, "some must be exceeded"
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_last_step_tells_which_bounds_are_met(seed: int) -> None:
+    root, b, room = problem(seed)
+    expected = np.abs(lsq_linear(root, b, (-np.inf, room), method="bvls", tol=1e-14).x - room) < 1e-9
+    s, barrier, told = np.zeros(N), Barrier([below(room)], 1e-2), []
+    while barrier.gap > 1e-9:
+        matrix, force = root.T @ root + barrier.linearise(s), root.T @ (root @ s - b)
+        step = -np.linalg.solve(matrix, force + barrier.push(-np.linalg.solve(matrix, force + barrier.push())))
+        length = barrier.longest(step)
+        barrier.move(length)
+        s = s + length * step
+        told.append(barrier.met())
+    assert told[-1] is not None
+    np.testing.assert_array_equal(told[-1], expected)
+    assert told[0] is None or (told[0] != expected).any(), "it is not known from the start"
+
+
+def test_short_step_tells_nothing() -> None:
+    root, b, room = problem(0)
+    barrier = Barrier([below(room)], 1e-2)
+    matrix, force = root.T @ root + barrier.linearise(np.zeros(N)), -root.T @ b
+    barrier.longest(-np.linalg.solve(matrix, force + barrier.push()))
+    barrier.move(0.1)
+    assert barrier.met() is None
+
+
 def test_two_sets_of_bounds() -> None:
     root, b, room = problem(2)
     low = np.full(N, -0.05)

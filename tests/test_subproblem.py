@@ -137,6 +137,26 @@ def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> N
     assert proposal.change < 0.9 * float(found.fun)
 
 
+@pytest.mark.parametrize("pull", [1e-4, 1e-3])
+def test_design_that_leans_on_the_passive_region_is_in_balance(pull: float) -> None:
+    """C_χ is so steep that 1e-8 short of its bound nothing holds a design; the solution leans into it."""
+    given = problem(inside=False, pairs=4)
+    design = given.objective.design
+    first = given.solve()
+    assert first is not None
+    chi = given.chi + first.step
+    outwards = -pull * design.from_points(np.ones_like(design.volumes))
+    given = replace(given, chi=chi, linear=outwards - design(chi, passive=False).gradient)
+    proposal = given.solve()
+    assert proposal is not None
+    over = -design.room(given.chi + proposal.step)
+    leaning = (over > 0.0) & (over < 1e-3)
+    assert leaning.sum() > 10
+    push = design.from_points(design.passive_weight * np.maximum(over, 0.0))
+    left = given.norm.dual_norm(given.gradient(proposal.step))
+    assert left < 1e-6 * given.norm.dual_norm(push), "the wall's force must be that of the design's own"
+
+
 def test_no_bound_without_a_weight() -> None:
     given = problem(inside=True, pairs=3)
     *_, objective = parameters(passive_weight=0.0)

@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from actuator.domain import Floats
 
@@ -27,6 +28,11 @@ from actuator.domain import Floats
 ROOM = 1e-4
 #: Share of the way to the next zero of a slack or multiplier that a step may go.
 INSIDE = 0.95
+#: A step tells which bounds are met if at least this share of it was taken, and if relative changes of slack and
+#: multiplier differ by less than this at no more than this share of the bounds that it says are met.
+TELLING, ALIKE, UNCLEAR = 0.8, 0.5, 0.05
+
+Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -92,6 +98,7 @@ class Barrier:
     def __init__(self, bounds: Sequence[Bounds], start: float) -> None:
         self._walls: list[_Walls] = []
         self._steps: list[tuple[Floats, Floats]] = []
+        self._share = 0.0
         for each in bounds:
             y = np.maximum(each.room, ROOM)
             self._walls.append(_Walls(each, y, start / y))
@@ -139,5 +146,19 @@ class Barrier:
 
     def move(self, share: float) -> None:
         """Go a share of the last Newton step given to :meth:`longest`."""
+        self._share = share
         for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True):
             wall.y, wall.multiplier = wall.y + share * dy, wall.multiplier + share * d_multiplier
+
+    def met(self) -> Flags | None:
+        """Which of the first set of bounds the solution touches, or None where the last step does not tell.
+
+        With the barrier, the slacks of these fall to zero and their multipliers stay; of the others it is the
+        multipliers that fall (El-Bakry, Tapia & Zhang 1994, doi:10.1137/1036003).
+        """
+        wall, (dy, d_multiplier) = self._walls[0], self._steps[0]
+        contrast = d_multiplier / wall.multiplier - dy / wall.y
+        met = np.asarray(contrast > 0.0)
+        if self._share < TELLING or (np.abs(contrast) < ALIKE).sum() > UNCLEAR * met.sum():
+            return None
+        return met

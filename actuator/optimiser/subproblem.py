@@ -6,6 +6,11 @@ Q being the matrix of the step terms, and no vertex changing by more than a reac
 model of them holds only as far as the next kink, which is why they are not part of the quadratic. C_χ and the reach are
 bounds of an interior point method (:mod:`actuator.optimiser.barrier`); C_A and C_i are followed by Newton's method
 itself. No physics is computed here.
+
+An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ is
+so steep that a design which leans against it with its whole force is no farther than that beyond its bound. So once it is
+plain which points touch, the set of them is kept and mended (primal-dual active set method, Hintermüller, Ito & Kunisch
+2002, doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
 """
 
 from __future__ import annotations
@@ -15,12 +20,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
 
 from actuator.design_terms import DesignObjective, DesignTerms
 from actuator.domain import Floats
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
-from actuator.optimiser.barrier import Barrier, Bounds
+from actuator.optimiser.barrier import Barrier, Bounds, Flags
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
 from actuator.tangent import symmetric_product
@@ -37,6 +43,8 @@ LARGEST_SHIFT = 1e18
 STALLED = 0.05
 #: What terms may be off by in double precision.
 ROUNDING = 1e-14
+#: Most steps of the active set method; it gives up where one loses more than this part of the gain.
+MENDING, LOST = 5, 0.1
 #: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
 START = 0.1
 
@@ -48,6 +56,23 @@ class Proposal:
     step: Floats
     change: float
     value: float
+
+
+@dataclass(frozen=True)
+class _Quadratic:
+    """r·s + ½ sᵀ (B + Q) s."""
+
+    linear: Floats
+    curvature: Curvature
+    upper: sp.csr_array
+
+    def bent(self, s: Floats) -> Floats:
+        """(B + Q) s."""
+        return self.curvature @ s + symmetric_product(self.upper, s)
+
+    def value(self, s: Floats, bent: Floats) -> float:
+        """At a step, of which (B + Q) s is known."""
+        return float(self.linear @ s) + 0.5 * float(s @ bent)
 
 
 class Subproblem:
@@ -79,7 +104,7 @@ class Subproblem:
         Returns:
             None if no step lowers the objective.
         """
-        design, matrix = self._design, self._design.gather.matrix(quadratic)
+        design, physics = self._design, _Quadratic(linear, curvature, self._design.gather.matrix(quadratic))
         s = np.zeros_like(chi)
         bent = np.zeros_like(chi)  # (B + Q) s
         there = design(chi, passive=False)
@@ -108,15 +133,48 @@ class Subproblem:
                 length *= SHRINK
                 ahead = design(chi + (s + length * p), passive=False)
             barrier.move(length)
-            s, bent, there = s + length * p, bent + length * (curvature @ p + symmetric_product(matrix, p)), ahead
+            s, bent, there = s + length * p, bent + length * physics.bent(p), ahead
             terms = design.value(chi + s)
-            change = float(linear @ s) + 0.5 * float(s @ bent) + terms - value
+            change = physics.value(s, bent) + terms - value
             drop = best.change - change
             if drop > 0.0:
                 best = Proposal(s, change, terms)
             if abs(drop) < STALLED * length * -best.change:
                 break
+        met = barrier.met() if design.passive_weight > 0.0 else None
+        if met is not None:
+            best = self._leaning(chi, value, physics, reach, s, met, best)
         return best if best.change < 0.0 else None
+
+    def _leaning(
+        self, chi: Floats, value: float, physics: _Quadratic, reach: float, s: Floats, met: Flags, best: Proposal
+    ) -> Proposal:
+        """From an interior point s to the solution, with C_χ exact at the points that touch its bound.
+
+        Args:
+            met: the points that seem to, (n_cells, n_q).
+            best: returned if no solution is found.
+        """
+        design, steep, room = self._design, self._design.passive_weight, self._design.room(chi)
+        bent, there = physics.bent(s), design(chi + s, passive=False)
+        for _ in range(MENDING):
+            wall: Floats = np.where(met, steep, 0.0)
+            force = physics.linear + bent + there.gradient + design.from_points(wall * (design.at_points(s) - room))
+            stiffness = there.hessian + design.point_stiffness(wall) + physics.upper.data
+            p = -self._inverse(stiffness, physics.curvature)(force)
+            s = s + p
+            if float(np.abs(s).max()) > reach:
+                break
+            bent, there, terms = bent + physics.bent(p), design(chi + s, passive=False), design.value(chi + s)
+            change = physics.value(s, bent) + terms - value
+            if change > (1.0 - LOST) * best.change:
+                break
+            if change < best.change + ROUNDING * abs(value):
+                best = Proposal(s, change, terms)
+            before, met = met, np.asarray(design.at_points(s) > room)
+            if np.array_equal(met, before):
+                break
+        return best
 
     def _bounds(self, chi: Floats, reach: float) -> list[Bounds]:
         """C_χ, unless it weighs nothing, and the largest change of χ either way."""
