@@ -7,10 +7,10 @@ model of them holds only as far as the next kink, which is why they are not part
 bounds of an interior point method (:mod:`actuator.optimiser.barrier`); C_A and C_i are followed by Newton's method
 itself. No physics is computed here.
 
-An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ is
-so steep that a design which leans against it with its whole force is no farther than that beyond its bound. So once it is
-plain which points touch, the set of them is kept and mended (primal-dual active set method, Hintermüller, Ito & Kunisch
-2002, doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
+An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ
+is so steep that a design which leans against it with its whole force is no farther than that beyond its bound. So once
+it is plain which points touch, the set of them is kept and mended (primal-dual active set method, Hintermüller, Ito &
+Kunisch 2002, doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
 """
 
 from __future__ import annotations
