@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import Evaluation, ReducedObjective
 
-VERSION = 9
+VERSION = 10
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (

@@ -27,7 +27,8 @@ def optimised(folder: Path, killed_after: float | None = None) -> dict[str, NDAr
     shipped = shipped_case("quick.yaml")
     assert shipped
     text = shipped.read_text()
-    (folder / "long.yaml").write_text(text.replace("max_updates: 30", "max_updates: 100\n  least_gain: 0.0\n  stationarity: 1.0e-4"))
+    limits = "max_updates: 100\n  least_gain: 0.0\n  stationarity: 1.0e-4"
+    (folder / "long.yaml").write_text(text.replace("max_updates: 30", limits))
     if killed_after is not None:
         with subprocess.Popen(COMMAND, cwd=folder, env=environment(), stderr=subprocess.PIPE, text=True) as process:
             assert process.stderr

@@ -45,6 +45,9 @@ STALLED = 0.05
 ROUNDING = 1e-14
 #: Most steps of the active set method; it gives up where one loses more than this part of the gain.
 MENDING, LOST = 5, 0.1
+#: Gain over the design terms below which only the force of the walls is left to be found, and it is worth some more
+#: interior point steps, at most so many, until it is plain which points touch.
+SMALL, PATIENCE = 1e-4, 4
 #: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
 START = 0.1
 
@@ -114,6 +117,7 @@ class Subproblem:
         barrier = Barrier(self._bounds(chi, reach), START * float(np.abs(force).sum()) / self._norm.volume)
         best, rounding = Proposal(s, 0.0, value), ROUNDING * abs(value)
 
+        patience = PATIENCE
         for _ in range(MAX_NEWTON):
             wall = barrier.linearise(s)
             force, hessian = linear + bent + there.gradient, there.hessian
@@ -140,20 +144,28 @@ class Subproblem:
             if drop > 0.0:
                 best = Proposal(s, change, terms)
             if abs(drop) < STALLED * length * -best.change:
-                break
-        met = barrier.met() if design.passive_weight > 0.0 else None
-        if met is not None:
-            best = self._leaning(chi, value, physics, reach, s, met, best)
+                if not design.passive_weight > 0.0:
+                    break
+                met = barrier.met()
+                solved = None if met is None else self._leaning(chi, value, physics, reach, s, met, best)
+                if solved is not None:
+                    return solved
+                patience -= 1
+                if patience < 0 or -best.change > SMALL * abs(value):
+                    break
         return best if best.change < 0.0 else None
 
     def _leaning(
         self, chi: Floats, value: float, physics: _Quadratic, reach: float, s: Floats, met: Flags, best: Proposal
-    ) -> Proposal:
+    ) -> Proposal | None:
         """From an interior point s to the solution, with C_χ exact at the points that touch its bound.
 
         Args:
             met: the points that seem to, (n_cells, n_q).
-            best: returned if no solution is found.
+            best: what the solution has to come up to.
+
+        Returns:
+            None if the set of points does not settle on one.
         """
         design, steep, room = self._design, self._design.passive_weight, self._design.room(chi)
         bent, there = physics.bent(s), design(chi + s, passive=False)
@@ -164,17 +176,16 @@ class Subproblem:
             p = -self._inverse(stiffness, physics.curvature)(force)
             s = s + p
             if float(np.abs(s).max()) > reach:
-                break
+                return None
             bent, there, terms = bent + physics.bent(p), design(chi + s, passive=False), design.value(chi + s)
             change = physics.value(s, bent) + terms - value
             if change > (1.0 - LOST) * best.change:
-                break
-            if change < best.change + ROUNDING * abs(value):
-                best = Proposal(s, change, terms)
+                return None
             before, met = met, np.asarray(design.at_points(s) > room)
             if np.array_equal(met, before):
-                break
-        return best
+                low = change < min(0.0, best.change + ROUNDING * abs(value))
+                return Proposal(s, change, terms) if low else None
+        return None
 
     def _bounds(self, chi: Floats, reach: float) -> list[Bounds]:
         """C_χ, unless it weighs nothing, and the largest change of χ either way."""
