@@ -24,7 +24,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
@@ -37,6 +36,7 @@ from actuator.optimiser.loop import Optimiser, Progress
 from actuator.optimiser.model import Model
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.state import Equilibrium, State
+from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
 from pipeline.case import find_case, read_case
 
@@ -83,7 +83,7 @@ def main() -> None:
     parser.add_argument("--solver", default="auto")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(options.threads)
 
     settings, _ = read_case(find_case(Path(f"{options.case}.yaml")))
     objective = TimedObjective(

@@ -13,7 +13,6 @@ import argparse
 from collections.abc import Iterator
 from time import perf_counter
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
@@ -21,6 +20,7 @@ from actuator.compilation import compile_kernels
 from actuator.linear import SolverName, make_solver
 from actuator.optimiser.model import Model
 from actuator.sensitivity import Sensitivity
+from actuator.threads import use_threads
 from benchmarks.figures import COUNT_LEAST, COUNT_PART, ERROR_FACTOR, Figure, ratio
 from benchmarks.guard_model import derivative_figures, path_figures, reference_of, state_figures, update_figures
 from benchmarks.guard_shape import export_figures, filter_figures, patch_figures
@@ -133,7 +133,7 @@ def main() -> None:
     parser.add_argument("--reference", action="store_true", help="compute the answers of the finer meshes instead")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     if options.reference:
         write_reference()
         return

@@ -17,7 +17,6 @@ from statistics import median
 from time import process_time
 from typing import Protocol
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
@@ -26,6 +25,7 @@ from actuator.geometry.sampling import sampled
 from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
 from actuator.reduced import Evaluation, ReducedObjective
+from actuator.threads import use_threads
 from benchmarks.gradient_descent import GradientDescent
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 from pipeline.case import find_case, read_case
@@ -295,7 +295,7 @@ def main() -> None:
         logger.info(write(read()).read_text(encoding="utf-8"))
         return
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     settings = read_case(find_case(Path("quick.yaml")))[0].optimize
     race = Race(settings, variants(settings))
     race.run(options.budget, lambda: write(race.curves))

@@ -15,7 +15,6 @@ from collections.abc import Callable
 from statistics import median
 from time import perf_counter
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
@@ -23,6 +22,7 @@ from actuator.initial_design import initial_design
 from actuator.optimiser.model import Model
 from actuator.reduced import ReducedObjective
 from actuator.sensitivity import Sensitivity
+from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
 
@@ -89,7 +89,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(options.threads)
     small, large = (measure(mesh, options.threads) for mesh in MESHES.values())
     names = list(MESHES)
     rows = [

@@ -22,7 +22,6 @@ from statistics import median
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
@@ -32,6 +31,7 @@ from actuator.domain import Floats
 from actuator.initial_design import initial_design
 from actuator.linear import SolverName, make_solver
 from actuator.state import Equilibrium, State
+from actuator.threads import use_threads
 from benchmarks.given_pressure import GivenPressure, Solution
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
@@ -263,7 +263,7 @@ def main() -> None:
     if find_spec("felupe") is None:
         raise SystemExit("This benchmark needs FElupe, which is not installed: pip install 'poro[bench]'.")
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     logger.info(write({cells: measure(MESHES[cells], options.repeats) for cells in options.cells}))
 
 

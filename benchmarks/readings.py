@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
@@ -25,6 +24,7 @@ from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
 from actuator.reduced import ReducedObjective
 from actuator.scheme import DEFAULT, Scheme
+from actuator.threads import use_threads
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
 from pipeline.case import find_case, read_case
 from stages.optimize import Settings
@@ -146,7 +146,7 @@ def main() -> None:
     parser.add_argument("--mesh", type=int, nargs=3, default=MESH, metavar=("M", "K", "N1"), help="cells: m, k and N1")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     settings = read_case(find_case(Path("case14.yaml")))[0].optimize
     cells = dict(zip(("core_cells", "rings", "layers"), options.mesh, strict=True))
     settings = settings.model_copy(update={"domain": settings.domain.model_copy(update=cells)})

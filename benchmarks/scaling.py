@@ -15,11 +15,11 @@ import subprocess
 import sys
 from time import perf_counter
 
-import numba
 import numpy as np
 
 from actuator.initial_design import initial_design
 from actuator.reduced import ReducedObjective
+from actuator.threads import use_threads
 from benchmarks.tables import RESULTS, Row, markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
 
@@ -31,7 +31,7 @@ MESHES = ((6, 2, 9), (8, 3, 13), (12, 5, 18), (18, 7, 26))
 
 def measure(core: int, rings: int, layers: int, threads: int) -> dict[str, float]:
     """One evaluation on one mesh, in this process."""
-    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(threads)
     settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
     domain = settings.domain.build()
     began = perf_counter()

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import argparse
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
+from actuator.threads import use_threads
 from benchmarks.skip_model import model_skips
 from benchmarks.skip_program import program_skips
 from benchmarks.skip_rows import Skip
@@ -33,7 +33,7 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS, help="measure these rows and keep the others of the table")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     found: dict[str, list[Skip]] = {}
     for part, skips in PARTS.items():
         if options.only in (None, part):

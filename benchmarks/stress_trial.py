@@ -8,7 +8,6 @@ from functools import cached_property
 from time import process_time
 from typing import Any
 
-import numba
 import numpy as np
 
 from actuator.domain import Floats, HalfCylinder
@@ -18,6 +17,7 @@ from actuator.optimiser.loop import Optimiser
 from actuator.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solver_name import SolverName
 from actuator.state import Equilibrium
+from actuator.threads import use_threads
 from stages.settings import DomainSettings, ProblemSettings
 
 #: 320 cells of about 3 mm: m, k, layers.
@@ -68,7 +68,7 @@ class Trial:
 
     def objective(self) -> ReducedObjective:
         """The case's objective, on this trial's mesh."""
-        numba.set_num_threads(min(self.threads, numba.config.NUMBA_NUM_THREADS))
+        use_threads(self.threads)
         domain = self.domain or self.case.domain.build()
         return ReducedObjective(
             domain,

@@ -14,12 +14,12 @@ import argparse
 from pathlib import Path
 from time import process_time
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
 from actuator.domain import Floats
 from actuator.reduced import Evaluation, ReducedObjective
+from actuator.threads import use_threads
 from benchmarks.designs import directions
 from benchmarks.tables import Row, markdown, start_log, write_markdown
 from benchmarks.work_precision import NEIGHBOUR, stored_design
@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--design", type=Path, required=True, help="artifact of `poro optimize`")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     fixed = stored_design(options.design)
     objective = ReducedObjective(fixed.domain, *ProblemSettings().parameters(), threads=1)
     chi, carried = fixed.on(objective)

@@ -24,7 +24,6 @@ from pathlib import Path
 from statistics import median
 from time import process_time
 
-import numba
 import numpy as np
 
 from actuator.compilation import compile_kernels
@@ -34,6 +33,7 @@ from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
 from actuator.reduced import ReducedObjective
 from actuator.scheme import DEFAULT, Scheme
+from actuator.threads import use_threads
 from benchmarks.designs import carried, directions
 from benchmarks.tables import RESULTS, Row, read_csv, start_log, write_csv
 from benchmarks.work_precision_report import NAME, REFERENCE, write_report
@@ -271,7 +271,7 @@ def main() -> None:
     parser.add_argument("--anew", action="store_true", help="forget what has been measured")
     options = parser.parse_args()
     compile_kernels()
-    numba.set_num_threads(1)
+    use_threads(1)
     kept = (RESULTS / f"{NAME}.csv").exists() and not options.anew
     rows: list[Row] = list(read_csv(NAME)) if kept else []
     fixed: FixedDesign | None = None

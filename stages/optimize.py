@@ -109,18 +109,17 @@ def run(
         actuator.failure.SolveFailure: if a linear solve fails its check.
     """
     # The whole model, and numba with it: only where it runs.
-    import numba
-
     from actuator.compilation import compile_kernels
     from actuator.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.reduced import ReducedObjective
+    from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     material, load, limits = settings.parameters()
     compile_kernels(material.law)
     compute = compute or Compute()
-    numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(compute.threads)
     optimizer, domain = settings.optimizer, settings.domain.build()
     objective = ReducedObjective(
         domain,

@@ -127,16 +127,15 @@ def run(
         actuator.failure.InvalidSettings: if the case has no pressure.
         actuator.failure.SolveFailure: if not even the state at rest can be linearised.
     """
-    import numba
-
     from actuator.compilation import compile_kernels
+    from actuator.threads import use_threads
 
     if problem.parameters()[1].pressure == 0.0:
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
     refinement = refinement or refine.Settings()
     compile_kernels(problem.parameters()[0].law)
-    numba.set_num_threads(min(compute.threads, numba.config.NUMBA_NUM_THREADS))
+    use_threads(compute.threads)
     responses: dict[str, Response] = {}
     finished = False
     try:

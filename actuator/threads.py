@@ -1,0 +1,19 @@
+"""How many threads compute."""
+
+from __future__ import annotations
+
+import numba
+
+# The limit holds for libraries that are loaded: NumPy and SciPy each bring a BLAS of their own.
+import scipy.linalg  # noqa: F401
+from threadpoolctl import threadpool_limits
+
+
+def use_threads(count: int) -> None:
+    """Give the element loops of this process ``count`` threads, and dense linear algebra one.
+
+    All that is dense here is small: vectors, and a few dozen columns. The threads of a BLAS wait for such work in a
+    loop, and take the processor from those that have some. Direct solvers are told their number of threads themselves.
+    """
+    numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
+    threadpool_limits(1, user_api="blas")
