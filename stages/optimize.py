@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.reduced import Evaluation, ReducedObjective
 
-VERSION = 10
+VERSION = 11
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -34,7 +34,7 @@ class OptimizerSettings(Section):
     max_updates: int = Field(200, ge=0, description="most design updates [-]")
     stationarity: float = Field(1.0e-3, gt=0, description="stop at this scale-free stationarity measure [-]")
     least_gain: float = Field(
-        1.0e-3, ge=0, lt=1, description="stop when five design updates gain less than this share of C; 0 never does [-]"
+        0.0, ge=0, lt=1, description="stop when five design updates gain less than this share of C; 0 never does [-]"
     )
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
     adjoint_tolerance: float = Field(1.0e-11, gt=0, lt=1, description="relative residual of the adjoint [-]")
