@@ -12,6 +12,7 @@ import pytest
 from command_line import TINY, Ended, Poro
 
 from actuator import compilation
+from actuator.threads import use_threads
 from pipeline import contents
 from pipeline.cli import call
 
@@ -20,6 +21,12 @@ from pipeline.cli import call
 def kernels() -> None:
     """Compiled before any test by what a user's run calls; a fault in it must not pass for slow first runs."""
     subprocess.run([sys.executable, "-m", compilation.__name__], check=True)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def threads() -> None:
+    """As a run has them, whichever test comes first: the last bits of dense linear algebra depend on them."""
+    use_threads(2)
 
 
 @pytest.fixture
