@@ -164,3 +164,19 @@ def test_single_precision_factors_precondition_a_changed_matrix_to_full_accuracy
     assert result.converged
     assert result.iterations <= 25
     assert np.linalg.norm(new @ result.x - b) <= 1.01e-11 * np.linalg.norm(b)
+
+
+def test_tells_rounding_from_a_hard_system(system: tuple[np.ndarray, np.ndarray]) -> None:
+    """Rows that differ by ten digits leave ten digits less in the residual of the small ones' right-hand side."""
+    A, b = system
+    rows = np.where(np.arange(N) < N // 2, 1e10, 1.0)
+    b = np.where(rows > 1.0, 0.0, b)
+    rough = rows[:, None] * A
+    inverse = np.linalg.inv(rough)
+    ended = gmres(times(rough), b, precondition=times(inverse), tolerance=1e-15)
+    assert ended.stagnated
+    assert not ended.converged
+    assert ended.relative_residual < 1e-3
+    short = gmres(times(A), b, precondition=identity, tolerance=1e-12, max_iterations=3)
+    assert not short.stagnated
+    assert not short.converged

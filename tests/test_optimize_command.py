@@ -86,6 +86,20 @@ def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> 
     assert len(artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]) == 1
 
 
+@pytest.mark.parametrize("limit", [0.11, 0.02])
+def test_initial_design_beyond_the_strain_limit_gets_through(folder: Path, poro: Poro, limit: float) -> None:
+    """C_Ψ outweighs all else there by far, up to the last digits of the adjoint."""
+    text = TINY.replace("max_updates: 1", "max_updates: 4\n  max_products: 10")
+    (folder / "beyond.yaml").write_text(text + f"objective: {{strain_limit: {limit}, strain_energy_shift: 4.0}}\n")
+    ended = poro("optimize", "beyond.yaml", "--output", "beyond", "--threads", 1)
+    assert ended.code == ExitCode.OK, ended.err
+    history = artifact.read_group(folder / "beyond" / "beyond.h5", "optimize", "history")
+    assert history["energy_ratio"][0] > 4.0
+    assert history["C_psi"][0] > 0.9 * history["C"][0]
+    assert (np.diff(history["C"]) < 0.0).all()
+    assert history["energy_ratio"][-1] < 0.7 * history["energy_ratio"][0]
+
+
 def test_case_without_a_state_ends_with_code_3(folder: Path, poro: Poro) -> None:
     (folder / "wild.yaml").write_text(TINY + "load: {pressure_ratio: 1.0e+6}\n")
     ended = poro("optimize", "wild.yaml", "--output", "wild", "--updates", 0, "--threads", 1)

@@ -23,6 +23,7 @@ class KrylovResult:
         iterations: operator applications in the iteration (not counting those for true residuals).
         relative_residual: ||b - A x|| / ||b|| of the returned x, recomputed.
         converged: whether ``relative_residual`` is within the tolerance.
+        stagnated: whether the iteration ended because rounding errors let the residual fall no further.
         history: relative residual before the first and after each iteration; estimates within a cycle, true values
             at its start.
     """
@@ -31,6 +32,7 @@ class KrylovResult:
     iterations: int
     relative_residual: float
     converged: bool
+    stagnated: bool
     history: tuple[float, ...]
 
 
@@ -63,12 +65,12 @@ def gmres(
     rhs = np.asarray(b, dtype=np.float64)
     norm_b = float(np.linalg.norm(rhs))
     if norm_b == 0.0:
-        return KrylovResult(np.zeros_like(rhs), 0, 0.0, True, (0.0,))
+        return KrylovResult(np.zeros_like(rhs), 0, 0.0, True, False, (0.0,))
     x = np.zeros_like(rhs) if x0 is None else np.array(x0, dtype=np.float64)
     residual = rhs.copy() if x0 is None else rhs - matvec(x)
     beta = float(np.linalg.norm(residual))
     history = [beta / norm_b]
-    iterations = 0
+    iterations, stagnated = 0, False
     while beta > tolerance * norm_b and iterations < max_iterations and np.isfinite(beta):
         steps = min(restart, max_iterations - iterations)
         correction, estimates, broke_down = _cycle(matvec, precondition, residual, beta, steps, tolerance * norm_b)
@@ -78,15 +80,16 @@ def gmres(
         new_residual = rhs - matvec(candidate)
         new_beta = float(np.linalg.norm(new_residual))
         if not new_beta < beta:  # also when it is not a number: keep what we have
+            stagnated = bool(np.isfinite(new_beta) and estimates and estimates[-1] < 0.1 * beta)
             break
         # Below this gain a cycle only moves rounding errors.
-        stagnated = new_beta > 0.9 * beta and len(estimates) > 0 and estimates[-1] < 0.1 * new_beta
+        stagnated = bool(new_beta > 0.9 * beta and estimates and estimates[-1] < 0.1 * new_beta)
         x, residual, beta = candidate, new_residual, new_beta
         history[-1] = beta / norm_b
         if broke_down or stagnated:
             break
     relative = history[-1] = beta / norm_b
-    return KrylovResult(x, iterations, relative, bool(relative <= tolerance), tuple(history))
+    return KrylovResult(x, iterations, relative, bool(relative <= tolerance), stagnated, tuple(history))
 
 
 def _cycle(
