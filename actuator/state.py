@@ -32,8 +32,7 @@ from actuator.weights import Lever, adjoint_balance
 STALE_ITERATIONS = 25
 MAX_NEWTON = 25
 MAX_KRYLOV = 120
-#: Relative residual of a coupled solve that is good enough where rounding errors let it get no lower: the adjoint of a
-#: design far beyond the strain limit, whose C_Ψ outweighs all else.
+#: Residual that serves where rounding lets a solve get no lower: adjoints far beyond the strain limit, all C_Ψ's.
 ROUNDING = 1e-9
 #: What helps where there is no state, from rest at the full pressure and from the state of another design.
 AT_REST = (
