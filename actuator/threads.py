@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numba
+from importlib import import_module
 
-# The limit holds for libraries that are loaded: NumPy and SciPy each bring a BLAS of their own.
-import scipy.linalg  # noqa: F401
+import numba
 from threadpoolctl import threadpool_limits
 
 
@@ -16,4 +15,5 @@ def use_threads(count: int) -> None:
     loop, and take the processor from those that have some. Direct solvers are told their number of threads themselves.
     """
     numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
+    import_module("scipy.linalg")  # only what is loaded can be limited, and SciPy brings a BLAS of its own
     threadpool_limits(1, user_api="blas")

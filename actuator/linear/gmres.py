@@ -79,11 +79,11 @@ def gmres(
         candidate = x + correction
         new_residual = rhs - matvec(candidate)
         new_beta = float(np.linalg.norm(new_residual))
-        if not new_beta < beta:  # also when it is not a number: keep what we have
-            stagnated = bool(np.isfinite(new_beta) and estimates and estimates[-1] < 0.1 * beta)
-            break
         # Below this gain a cycle only moves rounding errors.
-        stagnated = bool(new_beta > 0.9 * beta and estimates and estimates[-1] < 0.1 * new_beta)
+        idle = 0.9 * beta < new_beta < np.inf
+        stagnated = bool(idle and estimates and estimates[-1] < 0.1 * min(beta, new_beta))
+        if not new_beta < beta:  # also when it is not a number: keep what we have
+            break
         x, residual, beta = candidate, new_residual, new_beta
         history[-1] = beta / norm_b
         if broke_down or stagnated:
