@@ -12,7 +12,7 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
-from actuator.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from actuator.material.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
 
 #: A law of each type, to compile its kernels with.
 EXAMPLES: dict[str, Law] = {
@@ -38,11 +38,11 @@ def _stamp(law: str) -> Path:
 
 def _use_everything(law: str) -> None:
     """One design update of a smallest case calls every kernel with every type of number, for one law."""
-    from actuator.domain import HalfCylinder
-    from actuator.initial_design import initial_design
+    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.parameters import Load, Material, Objective
-    from actuator.reduced import ReducedObjective
+    from actuator.solve.reduced import ReducedObjective
 
     domain = HalfCylinder(radius=15.0, length=15.0, core_cells=2, rings=1, layers=3)
     material = Material.from_ratios(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import log
 
-from actuator.laws.coefficients import NEO_HOOKE, Law
+from actuator.material.laws.coefficients import NEO_HOOKE, Law
 
 
 @dataclass(frozen=True)

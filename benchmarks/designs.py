@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from actuator.domain import Floats, HalfCylinder, Ints
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HalfCylinder
 from actuator.geometry.trilinear import shape_functions
 
 #: Cells whose centres are nearest to a point, among which the one that holds it is looked for.

@@ -27,18 +27,18 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats
-from actuator.initial_design import initial_design
+from actuator.domains.initial_design import initial_design
 from actuator.linear import DirectSolver, make_solver
 from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.loop import Optimiser, Progress
 from actuator.optimiser.model import Model
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.state import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
-from pipeline.case import find_case, read_case
+from pipeline.case.model import find_case, read_case
 
 logger = start_log("benchmarks.evaluation")
 

@@ -23,12 +23,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
 from actuator.geometry.distance import distance
 from actuator.geometry.hausdorff import Distance
 from actuator.geometry.zero_set import Surface
 from benchmarks.tables import RESULTS, Row, markdown, start_log, write_csv, write_markdown
-from pipeline import contents
+from pipeline.store import contents
 from stages import export, mirror, refine
 
 logger = start_log("benchmarks.export_precision")

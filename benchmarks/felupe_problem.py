@@ -33,7 +33,8 @@ from felupe.math import cdya_il, det, dya, inv, transpose
 from felupe.quadrature import Scheme
 from skfem import ElementHex1, ElementHexS2
 
-from actuator.domain import Floats, HalfCylinder, Ints
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HalfCylinder
 from actuator.parameters import Material as Constants
 from benchmarks.given_pressure import MAX_NEWTON, Solution
 

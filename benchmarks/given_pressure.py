@@ -12,10 +12,10 @@ from time import process_time
 import numpy as np
 import scipy.sparse as sp
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, make_solver
-from actuator.state import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium, State
 
 MAX_NEWTON = 30
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import GUESS
 from actuator.optimiser.loop import ACCEPT, BINDING, GOOD, GROW, POOR, SHRINK, SMALLEST_STEP, VERY_GOOD, WIDEN
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.subproblem import Proposal, Subproblem
-from actuator.reduced import Evaluation, ReducedObjective
+from actuator.solve.reduced import Evaluation, ReducedObjective
 
 FIRST_STEP = 100.0
 #: Largest change of χ in one update: the most that the program's inner problem allows in one Newton step.

@@ -3,8 +3,8 @@
     make bench                                # about three minutes on one core, writes results/bench.csv and bench.md
     python -m benchmarks.guard --reference    # first: what finer meshes say, results/bench-reference.csv
 
-``tests/test_bench.py`` measures the counts and errors again and fails where one is worse than the committed table
-allows; ``docs/skipping.md`` says what to do then.
+``tests/benchmarks/test_bench.py`` measures the counts and errors again and fails where one is worse than the committed
+table allows; ``docs/skipping.md`` says what to do then.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from actuator.compilation import compile_kernels
 from actuator.linear import SolverName, make_solver
 from actuator.optimiser.model import Model
-from actuator.sensitivity import Sensitivity
+from actuator.solve.sensitivity import Sensitivity
 from actuator.threads import use_threads
 from benchmarks.figures import COUNT_LEAST, COUNT_PART, ERROR_FACTOR, Figure, ratio
 from benchmarks.guard_model import derivative_figures, path_figures, reference_of, state_figures, update_figures

@@ -8,15 +8,15 @@ from dataclasses import asdict
 
 import numpy as np
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.linear import SolverName
 from actuator.optimiser.loop import Optimiser
 from actuator.optimiser.model import Model
-from actuator.path import Control, begin, follow
-from actuator.pressurisation import Pressurisation
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.sensitivity import Sensitivity
-from actuator.state import Work
+from actuator.solve.equilibrium import Work
+from actuator.solve.path import Control, begin, follow
+from actuator.solve.pressurisation import Pressurisation
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.sensitivity import Sensitivity
 from benchmarks.figures import Figure, count, error
 from benchmarks.small_cases import Mesh, direction, first_design, problem, reduced_objective
 

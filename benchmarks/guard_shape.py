@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from actuator.assembly import scatter_vector
-from actuator.discretisation import Discretisation
-from actuator.domain import Floats, HalfCylinder
-from actuator.helmholtz import helmholtz_filter
-from actuator.kernels import residual
-from actuator.material import Coefficients
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.equations.assembly import scatter_vector
+from actuator.equations.discretisation import Discretisation
+from actuator.equations.helmholtz import helmholtz_filter
+from actuator.equations.kernels import residual
+from actuator.material.ersatz import Coefficients
 from benchmarks.figures import Figure, error
 from benchmarks.small_cases import SMALL, problem
 from stages import export, mirror

@@ -4,8 +4,8 @@
 
 A displacement and a pressure are prescribed, the body force and the source they need follow from Eqs. (5) and (6) by
 complex step, and the equations are solved on ever finer meshes: u for given χ and p, p for given χ and u. Stress and
-flow are NumPy's, the fields scikit-fem's (``tests/physics.py``); only the solution comes from the program's element
-loops. ``tests/test_convergence.py`` asserts the orders. Writes a table to ``benchmarks/results``.
+flow are NumPy's, the fields scikit-fem's (``tests/helpers/physics.py``); only the solution comes from the program's
+element loops. ``tests/actuator/equations/test_convergence.py`` asserts the orders. Writes a table to ``benchmarks/results``.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from skfem import Basis, ElementHex1, ElementHexS2
 
-from actuator.discretisation import Discretisation
-from actuator.domain import HalfCylinder
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.equations.discretisation import Discretisation
+from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import make_solver
-from actuator.scheme import DEFAULT, Scheme
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
-from tests.physics import (
+from tests.helpers.physics import (
     IDENTITY,
-    Floats,
     assembled,
     boundary_nodes,
     coefficients,

@@ -19,17 +19,18 @@ from typing import Protocol
 
 import numpy as np
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats, HalfCylinder
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.initial_design import initial_design
 from actuator.geometry.sampling import sampled
-from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
-from actuator.reduced import Evaluation, ReducedObjective
+from actuator.solve.reduced import Evaluation, ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.gradient_descent import GradientDescent
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
-from pipeline.case import find_case, read_case
-from pipeline.vtkhdf import vtk_order
+from pipeline.case.model import find_case, read_case
+from pipeline.store.vtkhdf import vtk_order
 from stages.optimize import Settings
 from stages.settings import DomainSettings
 

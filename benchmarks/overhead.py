@@ -18,10 +18,10 @@ from time import perf_counter
 import numpy as np
 
 from actuator.compilation import compile_kernels
-from actuator.initial_design import initial_design
+from actuator.domains.initial_design import initial_design
 from actuator.optimiser.model import Model
-from actuator.reduced import ReducedObjective
-from actuator.sensitivity import Sensitivity
+from actuator.solve.reduced import ReducedObjective
+from actuator.solve.sensitivity import Sensitivity
 from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings

@@ -26,11 +26,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats
-from actuator.initial_design import initial_design
+from actuator.domains.initial_design import initial_design
 from actuator.linear import SolverName, make_solver
-from actuator.state import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium, State
 from actuator.threads import use_threads
 from benchmarks.given_pressure import GivenPressure, Solution
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown

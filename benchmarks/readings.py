@@ -18,15 +18,15 @@ from time import process_time
 
 import numpy as np
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats
-from actuator.initial_design import initial_design
+from actuator.domains.initial_design import initial_design
+from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.optimiser.loop import Optimiser
-from actuator.reduced import ReducedObjective
-from actuator.scheme import DEFAULT, Scheme
+from actuator.solve.reduced import ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
-from pipeline.case import find_case, read_case
+from pipeline.case.model import find_case, read_case
 from stages.optimize import Settings
 
 logger = start_log("benchmarks.readings")

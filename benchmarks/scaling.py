@@ -17,8 +17,8 @@ from time import perf_counter
 
 import numpy as np
 
-from actuator.initial_design import initial_design
-from actuator.reduced import ReducedObjective
+from actuator.domains.initial_design import initial_design
+from actuator.solve.reduced import ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.tables import RESULTS, Row, markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings

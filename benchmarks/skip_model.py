@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from actuator.design_terms import DesignObjective
-from actuator.domain import Floats
-from actuator.elasticity import energy_density
+from actuator.arrays import Floats
+from actuator.equations.tangent_kernels import darcy_metric, darcy_tangent
+from actuator.material.elasticity import energy_density
 from actuator.optimiser.loop import Optimiser
 from actuator.optimiser.model import Model, ModelPoint
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.sensitivity import Sensitivity
-from actuator.state import Equilibrium, State
-from actuator.tangent_kernels import darcy_metric, darcy_tangent
+from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.sensitivity import Sensitivity
+from actuator.terms.design_terms import DesignObjective
 from benchmarks.skip_rows import Skip, count_skip, largest_difference, parts, time_skip
 from benchmarks.small_cases import QUICK, direction, first_design, problem, reduced_objective
 from stages.settings import ProblemSettings
@@ -233,7 +233,7 @@ def _parts(objective: ReducedObjective, at: Evaluation) -> Iterator[Skip]:
         "all unknowns of u, T and q",
         "unknowns",
         (3 * n_nodes + 3 + 3 * n_tip, kept),
-        remark="eliminated exactly; tests/test_multiplier.py compares with the system that has them",
+        remark="eliminated exactly; tests/actuator/solve/test_multiplier.py compares with the system that has them",
     )
     upper = equilibrium.tangent.mechanics.nonzeros
     yield count_skip(

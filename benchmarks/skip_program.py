@@ -14,11 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
 from actuator.geometry.hausdorff import distance_to_zero_set
 from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
 from actuator.geometry.zero_set import Surface, reflected, solid_boundary
-from actuator.reduced import ReducedObjective
+from actuator.solve.reduced import ReducedObjective
 from benchmarks.skip_rows import Skip, count_skip, time_skip
 from benchmarks.small_cases import QUICK, TINY, first_design, problem, reduced_objective
 from benchmarks.whole_cylinder import WholeCylinder
@@ -38,7 +39,7 @@ HARDLY = 1e-12
 EVERYTHING = "import " + ", ".join(
     [
         *("stages.export", "stages.mirror", "stages.simulate", "stages.optimize", "actuator.optimiser.loop", "skfem"),
-        *("pyvista", "matplotlib.pyplot", "trimesh", "manifold3d", "h5py", "meshio", "pipeline.report"),
+        *("pyvista", "matplotlib.pyplot", "trimesh", "manifold3d", "h5py", "meshio", "pipeline.report.page"),
     ]
 )
 

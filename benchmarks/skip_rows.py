@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from benchmarks.timing import timed
 
 

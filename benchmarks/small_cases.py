@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder
-from actuator.initial_design import initial_design
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.initial_design import initial_design
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
-from actuator.reduced import ReducedObjective
+from actuator.solve.reduced import ReducedObjective
 from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
 
 #: m, k, layers.

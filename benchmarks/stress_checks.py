@@ -10,16 +10,17 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from actuator.assembly import scatter_vector
-from actuator.discretisation import Discretisation
-from actuator.domain import Floats, HalfCylinder, Ints
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.equations.assembly import scatter_vector
+from actuator.equations.discretisation import Discretisation
+from actuator.equations.kernels import residual
 from actuator.failure import SolveFailure
-from actuator.kernels import residual
-from actuator.material import Coefficients, drainage, permeability, sigmoid, stiffness
-from actuator.path import Control, Point, begin, follow
-from actuator.pressurisation import Pressurisation
-from actuator.reduced import ReducedObjective
-from actuator.state import Equilibrium
+from actuator.material.ersatz import Coefficients, drainage, permeability, sigmoid, stiffness
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.path import Control, Point, begin, follow
+from actuator.solve.pressurisation import Pressurisation
+from actuator.solve.reduced import ReducedObjective
 from benchmarks.stress_trial import Found, Trial, settings
 from stages.settings import DomainSettings
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
 from benchmarks.stress_checks import (
     bar_rotation,
     held_arm,

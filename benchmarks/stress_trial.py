@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder
+from actuator.arrays import Floats
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.initial_design import initial_design
 from actuator.failure import Failure
-from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solver_name import SolverName
-from actuator.state import Equilibrium
 from actuator.threads import use_threads
 from stages.settings import DomainSettings, ProblemSettings
 

@@ -16,9 +16,9 @@ from time import process_time
 
 import numpy as np
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats
-from actuator.reduced import Evaluation, ReducedObjective
+from actuator.solve.reduced import Evaluation, ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.designs import directions
 from benchmarks.tables import Row, markdown, start_log, write_markdown

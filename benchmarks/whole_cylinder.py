@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from actuator.domain import Floats, HalfCylinder, Ints
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HalfCylinder
 
 
 class WholeCylinder(HalfCylinder):

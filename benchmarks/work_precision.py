@@ -26,19 +26,20 @@ from time import process_time
 
 import numpy as np
 
+from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domain import Floats, HalfCylinder
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.initial_design import initial_design
+from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.failure import SolveFailure
-from actuator.initial_design import initial_design
 from actuator.optimiser.loop import Optimiser
-from actuator.reduced import ReducedObjective
-from actuator.scheme import DEFAULT, Scheme
+from actuator.solve.reduced import ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.designs import carried, directions
 from benchmarks.tables import RESULTS, Row, read_csv, start_log, write_csv
 from benchmarks.work_precision_report import NAME, REFERENCE, write_report
-from pipeline.case import find_case, read_case
-from pipeline.contents import design
+from pipeline.case.model import find_case, read_case
+from pipeline.store.contents import design
 from stages.settings import DomainSettings, MaterialSettings, ProblemSettings
 
 logger = start_log("benchmarks.work_precision")
@@ -244,7 +245,7 @@ def own_design() -> FixedDesign:
 
 def stored_design(path: Path) -> FixedDesign:
     """The design and the state of an artifact of ``poro optimize``."""
-    from pipeline import artifact
+    from pipeline.store import artifact
 
     domain, chi = design(path, "optimize")
     u, p, arm = artifact.read(path, "optimize", "nodes/displacement", "vertices/pressure", "arm")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, write_markdown
 
 NAME = "work_precision"

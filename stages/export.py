@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from actuator.arrays import Floats, Ints
 from actuator.failure import LooseBodies, UnreadableSolid
 from stages.events import Message, Observer, silent
 from stages.settings import Section
@@ -24,8 +24,6 @@ VERSION = 2
 
 Format = Literal["stl", "3mf"]
 Islands = Literal["remove", "refuse"]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Bytes of free text that a binary STL begins with.
 HEADER = 80

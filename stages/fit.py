@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import Field
 
 from actuator.failure import Failure
-from actuator.laws.coefficients import MOST_TERMS, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from actuator.material.laws.coefficients import MOST_TERMS, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
 from stages.laws import LEAST_EXPONENT
 from stages.section import Section
 
 if TYPE_CHECKING:
-    from actuator.domain import Floats
+    from actuator.arrays import Floats
 
 LawName = Literal["neo-hooke", "mooney-rivlin", "yeoh", "ogden"]
 NAMES: tuple[LawName, ...] = ("neo-hooke", "mooney-rivlin", "yeoh", "ogden")
@@ -75,7 +75,7 @@ class Fit:
 
     def stress(self, stretch: Floats) -> Floats:
         """Engineering stress of the law at stretches (n,), N/mm²."""
-        from actuator.laws.homogeneous import uniaxial_stress  # compiled code: only where it is used
+        from actuator.material.laws.homogeneous import uniaxial_stress  # compiled code: only where it is used
 
         return self.shear * uniaxial_stress(self.law, stretch)
 
@@ -172,7 +172,7 @@ def _linear(kind: type[NeoHooke | MooneyRivlin | Yeoh], stretch: Floats, stress:
     """G and a law whose stress is linear in G and in G times its ratios."""
     from scipy.optimize import lsq_linear
 
-    from actuator.laws.homogeneous import uniaxial_stress
+    from actuator.material.laws.homogeneous import uniaxial_stress
 
     build: Callable[..., Law] = kind
     units = np.eye(len(kind._fields))
@@ -199,7 +199,7 @@ def _ogden(stretch: Floats, stress: Floats, terms: int) -> tuple[float, Law, int
     """G and the Ogden law: μ_k >= 0 by linear least squares within a search for α_k from several starts."""
     from scipy.optimize import least_squares, nnls
 
-    from actuator.laws.homogeneous import uniaxial_stress
+    from actuator.material.laws.homogeneous import uniaxial_stress
 
     def columns(alpha: Floats) -> Floats:
         away = np.copysign(np.maximum(np.abs(alpha), LEAST_EXPONENT), alpha)
@@ -231,7 +231,7 @@ def _ogden(stretch: Floats, stress: Floats, terms: int) -> tuple[float, Law, int
 def _judged(
     name: LawName, law: Law, shear: float, parameters: int, stretch: Floats, stress: Floats, settings: Settings
 ) -> Fit:
-    from actuator.laws.homogeneous import uniaxial_stress
+    from actuator.material.laws.homogeneous import uniaxial_stress
 
     residual = shear * uniaxial_stress(law, stretch) - stress
     n, k = len(stress), parameters + 1
@@ -255,7 +255,7 @@ def _judged(
 
 def _warnings(law: Law, farthest: float) -> list[str]:
     """Exponents at their bound, and where stability is lost on the standard tests up to a stretch of ``farthest``."""
-    from actuator.laws.homogeneous import TESTS, stability, stretches_of, uniaxial_stress
+    from actuator.material.laws.homogeneous import TESTS, stability, stretches_of, uniaxial_stress
 
     warnings = []
     if isinstance(law, Ogden) and max(abs(alpha) for _, alpha in law.terms) > 0.999 * EXPONENTS[1]:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from actuator.laws.coefficients import MOST_TERMS, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from actuator.material.laws.coefficients import MOST_TERMS, MooneyRivlin, NeoHooke, Ogden, Yeoh
 from stages.section import Section
 
 #: How far the terms of an Ogden law may be from adding up to the initial shear modulus; they are then scaled to it.

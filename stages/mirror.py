@@ -6,22 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from actuator.arrays import Floats, Ints
 from actuator.failure import EmptySolid
 from actuator.geometry.zero_set import check_field, reflected, solid_boundary
 from stages.events import Message, Observer, silent
 from stages.settings import Section
 
 if TYPE_CHECKING:
-    from actuator.domain import HalfCylinder
+    from actuator.domains.half_cylinder import HalfCylinder
     from actuator.geometry.hausdorff import Distance
 
 VERSION = 2
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 class Settings(Section):

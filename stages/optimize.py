@@ -14,9 +14,10 @@ from stages.events import DesignUpdate, Message, Observer, silent
 from stages.settings import ProblemSettings, Section
 
 if TYPE_CHECKING:
-    from actuator.domain import Floats, HalfCylinder
+    from actuator.arrays import Floats
+    from actuator.domains.half_cylinder import HalfCylinder
     from actuator.optimiser.loop import Outcome, Progress
-    from actuator.reduced import Evaluation, ReducedObjective
+    from actuator.solve.reduced import Evaluation, ReducedObjective
 
 VERSION = 11
 
@@ -105,14 +106,14 @@ def run(
         resume: the checkpoint of an earlier, interrupted run of the same settings.
 
     Raises:
-        actuator.state.NoState: if the initial design has no state.
+        actuator.solve.equilibrium.NoState: if the initial design has no state.
         actuator.failure.SolveFailure: if a linear solve fails its check.
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
-    from actuator.initial_design import initial_design
+    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
-    from actuator.reduced import ReducedObjective
+    from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
@@ -159,7 +160,7 @@ def run(
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
     """What second-order elements say of the leak; nothing if they cannot: a result is not lost for want of a check."""
     from actuator.failure import SolveFailure  # as in run
-    from actuator.leak_check import second_order_leak
+    from actuator.solve.leak_check import second_order_leak
 
     try:
         leak = second_order_leak(objective.equilibrium, at.state)
@@ -201,7 +202,7 @@ def _result(
     domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
 ) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
-    from actuator.reduced import spring_elongation, wall_leak
+    from actuator.solve.reduced import spring_elongation, wall_leak
 
     progress, at = outcome.progress, outcome.progress.evaluation
     history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}

@@ -5,20 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from actuator.arrays import Floats
 from actuator.geometry.zero_set import check_field
 from stages.events import Message, Observer, silent
 from stages.settings import Section
 
 if TYPE_CHECKING:
-    from actuator.domain import HalfCylinder
+    from actuator.domains.half_cylinder import HalfCylinder
 
 VERSION = 1
-
-Floats = NDArray[np.float64]
 
 
 class Settings(Section):
@@ -59,7 +56,7 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
         actuator.failure.InvalidField: if χ has the wrong size or is not finite.
         actuator.failure.SolveFailure: if the filter's system is not solved.
     """
-    from actuator.helmholtz import helmholtz_filter  # scikit-fem: only where it runs
+    from actuator.equations.helmholtz import helmholtz_filter  # scikit-fem: only where it runs
 
     check_field(chi, domain.mesh.nvertices)
     if settings.factor > 1:

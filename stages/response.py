@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from actuator.arrays import Floats
 
 if TYPE_CHECKING:
-    from actuator.domain import HalfCylinder
-    from actuator.path import Point
-    from actuator.state import Equilibrium, State
+    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.solve.equilibrium import Equilibrium, State
+    from actuator.solve.path import Point
 
-Floats = NDArray[np.float64]
 
 #: Columns of a curve, in the order of a table. ``leak`` is the largest p on the outer wall over p_in.
 COLUMNS = (
@@ -77,8 +77,8 @@ class Response:
 
     def add(self, equilibrium: Equilibrium, point: Point, state: State, loading: bool) -> dict[str, float]:
         """Append a point; returns its record."""
-        from actuator.kernels import strain_energy_excess  # numba, as in stages.simulate.run
-        from actuator.reduced import spring_elongation, wall_leak
+        from actuator.equations.kernels import strain_energy_excess  # numba, as in stages.simulate.run
+        from actuator.solve.reduced import spring_elongation, wall_leak
 
         full = equilibrium.coefficients.pressure
         _, ratio = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, self.chi, state.displacement)
@@ -154,7 +154,7 @@ def _is_back(response: Response) -> bool:
 
 def _limit_points(response: Response) -> list[dict[str, Any]]:
     """Limit points in order, each with the jump that a prescribed pressure would make from there."""
-    from actuator.path import snap
+    from actuator.solve.path import snap
 
     found = []
     for at in response.limits:

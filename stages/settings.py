@@ -11,7 +11,7 @@ from stages.laws import LawSettings, NeoHookeSettings, short_form_too
 from stages.section import Section
 
 if TYPE_CHECKING:
-    from actuator.domain import HalfCylinder
+    from actuator.domains.half_cylinder import HalfCylinder
 
 __all__ = ["DomainSettings", "LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
@@ -33,7 +33,7 @@ class DomainSettings(Section):
 
     def build(self) -> HalfCylinder:
         """The meshed domain."""
-        from actuator.domain import HalfCylinder  # scikit-fem: only where a mesh is wanted
+        from actuator.domains.half_cylinder import HalfCylinder  # scikit-fem: only where a mesh is wanted
 
         return HalfCylinder(self.radius, self.length, self.core_cells, self.rings, self.layers)
 

@@ -1,7 +1,8 @@
 """Stage ``simulate``: the response from zero to more than the pressure of the optimisation, and back.
 
-The path of states is followed by arc length (:mod:`actuator.path`), so that limit points are passed and reported. Two
-density fields are followed: the optimised one, and the solid that is exported, as far as a mesh can show it.
+The path of states is followed by arc length (:mod:`actuator.solve.path`), so that limit points are passed and
+reported. Two density fields are followed: the optimised one, and the solid that is exported, as far as a mesh can
+show it.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PositiveFloat
 
+from actuator.arrays import Floats
 from actuator.failure import InvalidSettings
 from stages import refine
 from stages.events import LoadStep, Message, Observer, silent
@@ -23,16 +24,15 @@ from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
 
 if TYPE_CHECKING:
-    from actuator.domain import HalfCylinder
-    from actuator.path import Control, Point
-    from actuator.pressurisation import Pressurisation
-    from actuator.state import Equilibrium
+    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.solve.equilibrium import Equilibrium
+    from actuator.solve.path import Control, Point
+    from actuator.solve.pressurisation import Pressurisation
 
 __all__ = ["COLUMNS", "Design", "Result", "Settings", "run"]
 
 VERSION = 2
 
-Floats = NDArray[np.float64]
 FieldName = Literal["density", "thresholded"]
 MeshName = Literal["optimised", "refined"]
 
@@ -175,7 +175,7 @@ def thresholded(
 
 
 def _equilibrium(domain: HalfCylinder, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
-    from actuator.state import Equilibrium
+    from actuator.solve.equilibrium import Equilibrium
 
     return Equilibrium(
         domain,
@@ -191,8 +191,8 @@ def _follow(
 ) -> None:
     """Follow one field up and down and compare; the response fills as points are found."""
     from actuator.failure import SolveFailure
-    from actuator.path import Control
-    from actuator.pressurisation import Pressurisation
+    from actuator.solve.path import Control
+    from actuator.solve.pressurisation import Pressurisation
 
     problem = Pressurisation(equilibrium, response.chi)
     control = Control(
@@ -225,7 +225,7 @@ def _up_and_down(
     problem: Pressurisation, max_load: float, control: Control, stops: list[float]
 ) -> Iterator[tuple[Point, bool]]:
     """Points of the way up, the first at rest, and of the way down, whose first is the last of the way up."""
-    from actuator.path import begin, follow
+    from actuator.solve.path import begin, follow
 
     last = begin(problem, problem.rest, 0.0, control)
     yield last, True
@@ -246,7 +246,7 @@ def _difference(
     For the optimised field that is the optimised state itself. None if there is no state near it.
     """
     from actuator.failure import SolveFailure
-    from actuator.path import begin
+    from actuator.solve.path import begin
 
     equilibrium = problem.equilibrium
     reached = problem.state(point.z, point.load)

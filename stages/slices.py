@@ -6,19 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from actuator.arrays import Floats, Ints
 from actuator.failure import GridTooLarge
-from actuator.geometry.directions import Direction
+from actuator.geometry.printing.directions import Direction
 from stages.events import Message, Observer, silent
 from stages.settings import Section
 
 if TYPE_CHECKING:
-    from actuator.geometry.layers import Standing
+    from actuator.geometry.printing.layers import Standing
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Most layers of a part; more is a slip in a unit.
 MOST_LAYERS = 100_000
@@ -75,7 +73,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
     """
     # manifold3d: only where it runs
-    from actuator.geometry.layers import middles, standing
+    from actuator.geometry.printing.layers import middles, standing
     from actuator.geometry.solid import prove_solid
 
     proof = prove_solid(vertices, triangles)

@@ -13,8 +13,8 @@ from command_line import TINY, Ended, Poro
 
 from actuator import compilation
 from actuator.threads import use_threads
-from pipeline import contents
-from pipeline.cli import call
+from pipeline.cli.app import call
+from pipeline.store import contents
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -63,14 +63,15 @@ def folder(finished: Path, tmp_path: Path) -> Path:
 def undrawn(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts get the picture of the finished case: the process that draws one starts for seconds."""
     picture = finished / "tiny.png"
-    monkeypatch.setattr("pipeline.figures.draw_part", lambda part, path: shutil.copy(picture, path))
+    monkeypatch.setattr("pipeline.figures.part.draw_part", lambda part, path: shutil.copy(picture, path))
 
 
 @pytest.fixture
 def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and the 3D view of the report replaced by a pixel: for tests of what stands around them."""
-    from pipeline import plots, report
-    from pipeline.design import Design
+    from pipeline.figures import plots
+    from pipeline.report import page as report
+    from pipeline.results.design import Design
 
     def pixel(design: Design, kind: str, format: str = "png", simulation: Path | None = None) -> plots.Drawing:
         return plots.Drawing(kind, format, b"pixel")

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from actuator.arrays import Floats, Ints
 from actuator.geometry.zero_set import Surface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Edges between triangles whose normals differ by more are sharp, degrees.
 SHARP = 35.0

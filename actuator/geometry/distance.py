@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from actuator.arrays import Floats
 from actuator.geometry.zero_set import Surface
-
-Floats = NDArray[np.float64]
 
 
 def distance(points: Floats, surface: Surface) -> Floats:

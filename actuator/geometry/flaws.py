@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from actuator.geometry.solid import is_two_manifold
 from actuator.geometry.zero_set import Surface
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

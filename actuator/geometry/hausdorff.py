@@ -30,14 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from actuator.domain import HEX_OFFSETS, HalfCylinder
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
 from actuator.geometry.distance import distance
 from actuator.geometry.tetrahedra import cells_of_tetrahedra
 from actuator.geometry.trilinear import TINY, cofactor_matrices, field, projected, shape_functions
 from actuator.geometry.zero_set import Surface, solid_boundary
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Where the lines cross a side of the reference cube, and the trapezoidal rule there. Largest distances lie above the
 #: middles of cells and faces, or near the thirds of them.

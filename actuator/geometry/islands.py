@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from actuator.arrays import Floats
 from actuator.geometry.bodies import Shell, shells
 from actuator.geometry.zero_set import Surface
-
-Floats = NDArray[np.float64]
 
 #: Triangles looked at together when the winding number of many points is summed; bounds the memory.
 CHUNK = 1 << 22

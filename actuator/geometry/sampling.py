@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from actuator.arrays import Floats, Ints
 
 #: Changes the side of the symmetry plane X2 = 0.
 MIRROR = np.array([1.0, -1.0, 1.0])

@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from actuator.arrays import Floats, Ints
 from actuator.failure import EmptySolid, InvalidField, NotManifold
 from actuator.geometry.zero_set import Surface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Tolerances tried for a repair, as fractions of the largest coordinate; float32 resolves 6e-8 of it.
 REPAIR_TOLERANCES = (1.0e-6, 1.0e-5, 1.0e-4)

@@ -7,10 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from actuator.arrays import Floats, Ints
 from actuator.geometry.zero_set import Surface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def split_where_curved(

@@ -9,12 +9,9 @@ diagonal.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from actuator.domain import HEX_OFFSETS, HalfCylinder
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from actuator.arrays import Ints
+from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
 
 #: Corners (end, section vertex) of the three tetrahedra of a prism; section vertices are sorted by number.
 _PRISM = np.array(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import ElementHex1
 
-Floats = NDArray[np.float64]
+from actuator.arrays import Floats
 
 #: Last step of a projection that has settled, in reference coordinates; the distance is off by its square then.
 SETTLED = 1.0e-3

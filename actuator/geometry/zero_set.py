@@ -12,10 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from actuator.arrays import Floats, Ints
 from actuator.failure import InvalidField
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Least distance of a cut from the ends of its edge, as a fraction of the edge. It keeps the vertices around a node
 #: with a value at the threshold apart, also in the float32 of an STL file, and moves the surface by less than 0.1 µm.

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 from scipy.linalg.blas import dgemv
 
-Floats = NDArray[np.float64]
+from actuator.arrays import Floats
+
 Operator = Callable[[Floats], Floats]
 
 

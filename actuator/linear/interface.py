@@ -11,12 +11,12 @@ from types import TracebackType
 from typing import Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.linear.pattern import Product, check_pattern
 
-Floats = NDArray[np.float64]
 Precision = Literal["double", "single"]
 
 #: Residual ||Ax - b|| / ||b|| above which a checked solve fails.

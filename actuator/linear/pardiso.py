@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from actuator.arrays import Floats
 from actuator.failure import OutOfMemory, SolveFailure
 from actuator.linear import mkl
-from actuator.linear.interface import DirectSolver, Floats, Precision
+from actuator.linear.interface import DirectSolver, Precision
 
 _ERRORS = {
     -1: "the input is inconsistent, which is a fault of this program",

@@ -9,8 +9,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
+from actuator.arrays import Floats
 from actuator.failure import OutOfMemory, SolveFailure
-from actuator.linear.interface import DirectSolver, Floats
+from actuator.linear.interface import DirectSolver
 
 #: Off-diagonal pivots are taken only below this share of the column's largest entry, so that a symmetric matrix
 #: keeps its symmetric ordering (X. S. Li, SuperLU Users' Guide, section 2.4.5).

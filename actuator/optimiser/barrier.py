@@ -20,9 +20,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-from actuator.domain import Floats
+from actuator.arrays import Bools, Floats
 
 #: Least slack at the start, in χ.
 ROOM = 1e-4
@@ -31,8 +30,6 @@ INSIDE = 0.95
 #: A step tells which bounds are met if at least this share of it was taken, and if relative changes of slack and
 #: multiplier differ by less than this at no more than this share of the bounds that it says are met.
 TELLING, ALIKE, UNCLEAR = 0.8, 0.5, 0.05
-
-Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -150,7 +147,7 @@ class Barrier:
         for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True):
             wall.y, wall.multiplier = wall.y + share * dy, wall.multiplier + share * d_multiplier
 
-    def met(self) -> Flags | None:
+    def met(self) -> Bools | None:
         """Which of the first set of bounds the solution touches, or None where the last step does not tell.
 
         With the barrier, the slacks of these fall to zero and their multipliers stay; of the others it is the

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.optimiser.metric import Metric
 
 #: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.

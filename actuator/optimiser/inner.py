@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.subproblem import Subproblem
-from actuator.reduced import ReducedObjective
+from actuator.solve.reduced import ReducedObjective
 
 MAX_NEWTON = 60
 #: Most Hessian products in one Newton step; it ends when this many brought less than this part of its gain.

@@ -13,15 +13,15 @@ from time import perf_counter
 
 import numpy as np
 
-from actuator.domain import Floats
+from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
 from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.stationarity import stationarity
-from actuator.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.sensitivity import Sensitivity
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.sensitivity import Sensitivity
 
 #: Truth over prediction: least for a step to be taken, and what shrinks, keeps, widens and grows Δt.
 ACCEPT, POOR, GOOD, VERY_GOOD = 0.05, 0.25, 0.5, 0.8
@@ -121,7 +121,7 @@ class Optimiser:
         """Evaluate the initial design.
 
         Raises:
-            actuator.state.NoState: if it has no state.
+            actuator.solve.equilibrium.NoState: if it has no state.
         """
         clock = _Clock()
         evaluation = self.objective.evaluate(chi)

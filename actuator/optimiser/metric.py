@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from actuator.assembly import Gather
-from actuator.discretisation import Discretisation
-from actuator.domain import Floats
+from actuator.arrays import Floats
+from actuator.equations.assembly import Gather
+from actuator.equations.discretisation import Discretisation
 from actuator.linear import DirectSolver, SolverName, make_solver
 
 

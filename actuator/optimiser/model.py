@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from actuator.design_terms import DesignTerms
-from actuator.domain import Floats
-from actuator.kernels import strain_energy_excess
-from actuator.reduced import Evaluation, Gradient, ReducedObjective, main_objective
-from actuator.sensitivity import Sensitivity
+from actuator.arrays import Floats
+from actuator.equations.kernels import strain_energy_excess
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective, main_objective
+from actuator.solve.sensitivity import Sensitivity
+from actuator.terms.design_terms import DesignTerms
 
 #: Random probes of the leak's curvature; their error, a quarter, matters little in an estimate.
 PROBES, SEED = 32, 0

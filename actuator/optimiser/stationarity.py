@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from actuator.optimiser.metric import Metric
-from actuator.reduced import Evaluation, Gradient
+from actuator.solve.reduced import Evaluation, Gradient
 
 
 def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> float:

@@ -22,14 +22,14 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from actuator.design_terms import DesignObjective, DesignTerms
-from actuator.domain import Floats
+from actuator.arrays import Bools, Floats
+from actuator.equations.tangent import symmetric_product
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
-from actuator.optimiser.barrier import Barrier, Bounds, Flags
+from actuator.optimiser.barrier import Barrier, Bounds
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.metric import Metric
-from actuator.tangent import symmetric_product
+from actuator.terms.design_terms import DesignObjective, DesignTerms
 
 #: Most steps of the interior point method; where they run out, the best design so far serves.
 MAX_NEWTON = 20
@@ -156,7 +156,7 @@ class Subproblem:
         return best if best.change < 0.0 else None
 
     def _leaning(
-        self, chi: Floats, value: float, physics: _Quadratic, reach: float, s: Floats, met: Flags, best: Proposal
+        self, chi: Floats, value: float, physics: _Quadratic, reach: float, s: Floats, met: Bools, best: Proposal
     ) -> Proposal | None:
         """From an interior point s to the solution, with C_χ exact at the points that touch its bound.
 

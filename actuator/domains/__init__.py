@@ -1,0 +1,1 @@
+"""Design domains: mesh, boundaries by name, inlet, passive bound and first design."""

@@ -1,0 +1,1 @@
+"""The discrete equations: spaces, kinematics of the arm, element loops, assembly."""

@@ -1,0 +1,155 @@
+"""Shape functions and their derivatives at the quadrature points, ready for the element kernels."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import Basis, BilinearForm, ElementHex1, ElementHexS2, FacetBasis, MeshHex
+from skfem.helpers import dot, grad
+
+from actuator.arrays import Floats, Ints
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.equations.quadrature import hexahedron_rule
+from actuator.equations.scheme import DEFAULT, Scheme
+
+
+class Geometry(NamedTuple):
+    """Arrays the compiled kernels read. All layers of a swept mesh share the shape functions of the first one.
+
+    Attributes:
+        cells, node_cells: connectivity (n_cells, 8) and (n_cells, 20).
+        section: section cell of each cell, (n_cells,); index into the arrays below.
+        shape: trilinear shape functions, (n_q, 8).
+        gradient: their gradients, (n_section, n_q, 8, 3), 1/mm.
+        gradient20: gradients of the 20-node serendipity functions, (n_section, n_q, 20, 3), 1/mm; for the 8-node
+            element those of the trilinear functions, and zero for the other 12 nodes, which then carry nothing.
+        volume: quadrature weight times det of the map, (n_section, n_q), mm³.
+        hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_section, 20, 20), 1/mm.
+        size_squared: h² of each cell, its volume to the power 2/3, (n_section,), mm².
+    """
+
+    cells: Ints
+    node_cells: Ints
+    section: Ints
+    shape: Floats
+    gradient: Floats
+    gradient20: Floats
+    volume: Floats
+    hessian: Floats
+    size_squared: Floats
+
+
+class Discretisation:
+    """Finite-element spaces on a :class:`HalfCylinder`: trilinear χ and p, 20-node serendipity (or trilinear) u."""
+
+    def __init__(self, domain: HalfCylinder, scheme: Scheme = DEFAULT) -> None:
+        self.domain = domain
+        points, weights = hexahedron_rule(scheme.quadrature)
+        self.rule = points, weights
+        element = ElementHexS2() if scheme.element == "hex20" else ElementHex1()
+        layer = MeshHex(
+            np.ascontiguousarray(domain.mesh.p[:, : 2 * domain.section_points]),
+            np.ascontiguousarray(domain.mesh.t[:, : domain.section_cells]),
+        )
+        linear = Basis(layer, ElementHex1(), quadrature=self.rule)
+        displacements = Basis(layer, element, quadrature=self.rule)
+        shape = np.stack([np.broadcast_to(b[0], linear.dx.shape)[0] for b in linear.basis], axis=-1)
+        gradient = np.stack([b[0].grad for b in linear.basis]).transpose(2, 3, 0, 1)
+        slopes = np.stack([b[0].grad for b in displacements.basis]).transpose(2, 3, 0, 1)
+        volume = np.array(linear.dx)
+        self.section_points: Floats = np.asarray(linear.global_coordinates()).transpose(1, 2, 0)
+        self.geometry = Geometry(
+            np.ascontiguousarray(domain.cells, dtype=np.int64),
+            np.ascontiguousarray(domain.node_cells, dtype=np.int64),
+            np.tile(np.arange(domain.section_cells), domain.layers),
+            np.ascontiguousarray(shape),
+            np.ascontiguousarray(gradient),
+            _padded(np.ascontiguousarray(slopes), 2),
+            volume,
+            _padded(_hessian_products(layer, element, points, slopes, volume), 1, 2),
+            volume.sum(axis=1) ** (2.0 / 3.0),
+        )
+
+    @property
+    def radii(self) -> Floats:
+        """Distance r to the cylinder's axis at the quadrature points of a section, (n_section, n_q), mm; Eq. (A.2)."""
+        return np.hypot(self.section_points[..., 1], self.section_points[..., 2])
+
+    @cached_property
+    def volume(self) -> float:
+        """|Ω|, mm³."""
+        return float(self.geometry.volume.sum()) * self.domain.layers
+
+    @cached_property
+    def linear(self) -> Basis:
+        """Trilinear basis on the whole mesh."""
+        return Basis(self.domain.mesh, ElementHex1(), quadrature=self.rule)
+
+    @cached_property
+    def mass(self) -> sp.csr_array:
+        """∫ N_a N_b, (n_vertices, n_vertices), mm³."""
+        return sp.csr_array(BilinearForm(lambda u, v, _: u * v).assemble(self.linear))
+
+    @cached_property
+    def stiffness(self) -> sp.csr_array:
+        """∫ ∇N_a · ∇N_b, (n_vertices, n_vertices), mm."""
+        return sp.csr_array(BilinearForm(lambda u, v, _: dot(grad(u), grad(v))).assemble(self.linear))
+
+    @cached_property
+    def wall_mass(self) -> sp.csr_array:
+        """∫ N_a N_b over the cylinder wall Γ_ext divided by its area, (n_vertices, n_vertices)."""
+        basis = FacetBasis(self.domain.mesh, ElementHex1(), facets=self.domain.wall_facets, intorder=4)
+        area = float(basis.dx.sum())
+        return sp.csr_array(BilinearForm(lambda u, v, _: u * v / area).assemble(basis))
+
+
+def _padded(values: Floats, *axes: int) -> Floats:
+    """Zeros behind, up to the 20 nodes for which the element loops are compiled."""
+    widths = [(0, 20 - length if axis in axes else 0) for axis, length in enumerate(values.shape)]
+    return np.pad(values, widths) if any(after for _, after in widths) else values
+
+
+def _hessian_products(
+    mesh: MeshHex, element: ElementHex1 | ElementHexS2, points: Floats, slopes: Floats, volume: Floats
+) -> Floats:
+    """Integrals of products of second derivatives, with the terms the trilinear map of curved cells adds.
+
+    ∂²N/∂X_i∂X_j = ∂ξ_a/∂X_i ∂ξ_b/∂X_j (∂²N/∂ξ_a∂ξ_b - ∂N/∂X_k ∂²X_k/∂ξ_a∂ξ_b)
+    """
+    second = _reference_second_derivatives(element, points)  # (n_shape, 3, 3, n_q)
+    second8 = _reference_second_derivatives(ElementHex1(), points)
+    corner = mesh.p[:, mesh.t]  # (3, 8, n)
+    inverse = _inverse_map(mesh, points)  # (a, i, n, n_q): ∂ξ_a/∂X_i
+    curvature = np.einsum("kcn,cabq->kabnq", corner, second8)
+    product = np.zeros((mesh.nelements, len(second), len(second)))
+    for q in range(points.shape[1]):
+        reference = second[None, ..., q] - np.einsum("nck,kabn->ncab", slopes[:, q], curvature[..., q])
+        physical = np.einsum("ain,bjn,ncab->ncij", inverse[..., q], inverse[..., q], reference)
+        flat = physical.reshape(mesh.nelements, len(second), 9)
+        product += volume[:, q, None, None] * (flat @ flat.transpose(0, 2, 1))
+    return product
+
+
+def _inverse_map(mesh: MeshHex, points: Floats) -> Floats:
+    # A basis with the rule's points is evaluated on every cell, as the map itself is.
+    return np.asarray(mesh.mapping().invDF(points))
+
+
+def _reference_second_derivatives(element: ElementHex1 | ElementHexS2, points: Floats) -> Floats:
+    """Second derivatives of an element's shape functions on the reference cube, (n_shape, 3, 3, n_q).
+
+    The shape functions are polynomials of degree at most two in each variable, so that central differences of
+    their gradients are exact.
+    """
+    count = element.doflocs.shape[0]
+    second = np.empty((count, 3, 3, points.shape[1]))
+    step = 0.5
+    for axis in range(3):
+        shift = step * np.eye(3)[:, axis : axis + 1]
+        for i in range(count):
+            forward, backward = element.lbasis(points + shift, i)[1], element.lbasis(points - shift, i)[1]
+            second[i, :, axis] = (np.asarray(forward) - np.asarray(backward)) / (2.0 * step)
+    return second

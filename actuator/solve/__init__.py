@@ -1,0 +1,1 @@
+"""Solving: the state, its linearisation, the adjoint, paths of states, and the check of the leak."""

@@ -1,0 +1,107 @@
+"""A case as a commented case file: every key with its meaning, unit and default, from the case's own model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from pipeline.case.model import Case, case_schema, find_case, mistakes, number_text, parse_case, read_case
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.store import atomic
+
+SCHEMA_FILE = "case.schema.json"
+#: Width of what stands before a comment.
+COMMENTS = 36
+UNITS = "# Units: mm, N, MPa = N/mm², s; [-] is a number without a unit."
+
+
+def case_text(case: Case, head: str, schema: str | None = None) -> str:
+    """The text of a case file that holds a case in full.
+
+    Args:
+        case: the case.
+        head: first line, without ``#``.
+        schema: file of the schema as seen from the case file, for editors.
+    """
+    modeline = [f"# yaml-language-server: $schema={schema}"] if schema else []
+    lines = [*modeline, f"# {head}", UNITS, ""]
+    for name, field in Case.model_fields.items():
+        value = getattr(case, name)
+        if isinstance(value, BaseModel):
+            lines += ["", *_section(name, value)]
+        else:
+            lines.insert(len(modeline) + 3, _line(name, value, field, default=False))
+    return "\n".join(lines) + "\n"
+
+
+def write_new(name: str, like: str, output: Path | None, *, force: bool, schema: bool) -> list[Path]:
+    """Write a new case with the values of a shipped or own one; returns the files.
+
+    Args:
+        name: of the case; the file is ``name.yaml`` unless ``output`` says otherwise.
+        like: name or path of the case it begins as; the ending may be left out.
+        output: the file.
+        force: whether to replace files that are there.
+        schema: whether to write the schema beside it and to name it to editors.
+
+    Raises:
+        Fault: if a name is not usable, a file is in the way or a folder is missing (USAGE).
+        OSError: if the folder or the disk does not take a file.
+    """
+    name = name.removesuffix(".yaml")
+    origin = find_case(Path(like if like.endswith((".yaml", ".yml")) else f"{like}.yaml"))
+    case, _ = read_case(origin)
+    wrong = mistakes({"name": name})
+    if wrong:
+        raise Fault(ExitCode.USAGE, f"{wrong[0][1]}.")
+    target = output or Path(f"{name}.yaml")
+    if not target.parent.is_dir():
+        raise Fault(ExitCode.USAGE, f"{target}: there is no folder {target.parent}; make it or choose another.")
+    head = f"Made by `poro new` from {origin.name}; every key is here, with its meaning, unit and default."
+    text = case_text(case.model_copy(update={"name": name}), head, SCHEMA_FILE if schema else None)
+    parse_case(text.encode(), str(target), name)  # what is written can be read
+    texts = {target: text}
+    if schema:
+        texts[target.with_name(SCHEMA_FILE)] = case_schema() + "\n"
+    for path, wanted in texts.items():
+        if path.is_dir():
+            raise Fault(ExitCode.USAGE, f"{path}: this is a folder; name a file in it with --output.")
+        if path.exists() and not force and path.read_bytes() != wanted.encode():
+            raise Fault(ExitCode.USAGE, f"{path}: there is such a file; choose another name, or replace it by --force.")
+    for path, wanted in texts.items():
+        atomic.write_bytes(path, wanted.encode())
+    return list(texts)
+
+
+def _section(name: str, section: BaseModel) -> Iterator[str]:
+    meaning = (type(section).__doc__ or "").strip().splitlines()[0]
+    yield f"{f'{name}:':<{COMMENTS}}  # {meaning}"
+    for key, field in type(section).model_fields.items():
+        yield "  " + _line(key, getattr(section, key), field, width=COMMENTS - 2)
+
+
+def _line(key: str, value: Any, field: FieldInfo, *, width: int = COMMENTS, default: bool = True) -> str:
+    told = f"; default {value_text(field.default)}" if default else ""
+    return f"{f'{key}: {value_text(value)}':<{width}}  # {field.description}{told}"
+
+
+def value_text(value: Any) -> str:
+    """A value as every YAML reader takes it."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, BaseModel):
+        return value_text(value.model_dump())
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {value_text(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(value_text, value))}]"
+    if isinstance(value, float):
+        brief = f"{value:g}"
+        return number_text(brief if "e" in brief and float(brief) == value else repr(value))
+    return str(value)

@@ -1,0 +1,44 @@
+"""What the shell offers where a case or an artifact is due."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.case.shipped import shipped_names
+
+ENDINGS = (".yaml", ".yml", ".h5")
+STUDY_ENDINGS = (".yaml", ".yml")
+
+
+def cases(incomplete: str) -> list[str]:
+    """Case files, artifacts and folders that begin as what is typed, and the shipped cases."""
+    shipped = [name for name in shipped_names() if name.startswith(incomplete)]
+    return sorted({*_files(incomplete, ENDINGS), *shipped})
+
+
+def artifacts(incomplete: str) -> list[str]:
+    """Artifacts and folders that begin as what is typed."""
+    return _files(incomplete, (".h5",))
+
+
+def studies(incomplete: str) -> list[str]:
+    """YAML files and folders that begin as what is typed."""
+    return _files(incomplete, STUDY_ENDINGS)
+
+
+def _files(incomplete: str, endings: tuple[str, ...]) -> list[str]:
+    folder, _, beginning = incomplete.rpartition("/")
+    prefix = f"{folder}/" if "/" in incomplete else ""
+    found = []
+    try:
+        entries = sorted(Path(prefix or ".").expanduser().iterdir())
+    except OSError:
+        return []
+    for path in entries:
+        if not path.name.startswith(beginning) or (path.name.startswith(".") and not beginning.startswith(".")):
+            continue
+        if path.is_dir():
+            found.append(f"{prefix}{path.name}/")
+        elif path.suffix in endings:
+            found.append(f"{prefix}{path.name}")
+    return found

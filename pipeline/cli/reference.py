@@ -1,0 +1,121 @@
+"""The reference of all commands as a Markdown page, made from the program itself.
+
+    python -m pipeline.cli.reference docs/commands.md
+
+It says what ``--help`` says, of whatever commands are registered, and nothing of the machine or the day.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+import typer.main
+
+from pipeline.exit_codes import ExitCode
+from pipeline.store.atomic import replacing
+
+#: How the committed page is renewed.
+RENEWAL = "python -m pipeline.cli.reference docs/commands.md"
+
+#: Typer's own options: what it says of them depends on the shell it finds.
+_OF_THE_SHELL = ("install_completion", "show_completion")
+
+_HEAD = f"""\
+# Commands
+
+<!-- Made by `{RENEWAL}`; do not edit. -->
+
+This page is made from the program. `poro --help` and `poro COMMAND --help` say the same.
+`poro --install-completion` lets the shell complete commands and options.
+"""
+
+
+def reference(app: typer.Typer, name: str) -> str:
+    """All commands of an application that are not hidden, groups included: usage, arguments, options, exit codes."""
+    context = typer.Context(typer.main.get_command(app), info_name=name)
+    listed = list(_commands(context))
+    links = [f"| [`{found.command_path}`](#{_anchor(found)}) | {_summary(found)} |" for found in listed]
+    contents = "\n".join(["| command | what it does |", "|---|---|", *links])
+    codes = "\n".join(
+        ["| exit code | meaning |", "|---|---|", *(f"| {code.value} | {_cell(code.meaning)} |" for code in ExitCode)]
+    )
+    head = [_HEAD, contents, "Every command ends with one of these exit codes:", codes]
+    general = [f"## {name}", _table("option", _records(context, "option"))]
+    return "\n\n".join([*(part.strip() for part in head + general), *map(_section, listed)]) + "\n"
+
+
+def _commands(context: typer.Context) -> Iterator[typer.Context]:
+    """The commands below a context, those of groups after their group, in the order of ``--help``."""
+    group: Any = context.command  # typer's own classes of commands have no public name
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if command.hidden:
+            continue
+        found = typer.Context(command, info_name=name, parent=context)
+        yield found
+        if hasattr(command, "list_commands"):
+            yield from _commands(found)
+
+
+def _section(context: typer.Context) -> str:
+    command = context.command
+    usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
+    parts = [f"## {context.command_path}", command.help or "", f"    {usage}"]
+    for kind in ("argument", "option"):
+        if records := _records(context, kind):
+            parts.append(_table(kind, records))
+    if command.epilog:
+        parts.append(command.epilog)
+    return "\n\n".join(part for part in parts if part)
+
+
+def _records(context: typer.Context, kind: str) -> list[tuple[str, str]]:
+    """Names and meaning, as ``--help`` has them, of the options or arguments that it shows."""
+    parameters = [
+        each
+        for each in context.command.get_params(context)
+        if each.param_type_name == kind and each.name not in _OF_THE_SHELL
+    ]
+    return [record for each in parameters if (record := each.get_help_record(context)) is not None]
+
+
+def _table(kind: str, records: list[tuple[str, str]]) -> str:
+    """Rows of name, meaning and what stands in brackets behind it: the default, or that it is required."""
+    rows = [f"| {kind} | meaning | default |", "|---|---|---|"]
+    for names, meaning in records:
+        text, _, extra = meaning.rpartition("  [") if meaning.endswith("]") else (meaning, "", "")
+        rows.append(
+            f"| `{_cell(names)}` | {_cell(text.strip())} | {_cell(extra.removesuffix(']').removeprefix('default: '))} |"
+        )
+    return "\n".join(rows)
+
+
+def _summary(context: typer.Context) -> str:
+    return _cell((context.command.help or "").partition("\n\n")[0])
+
+
+def _anchor(context: typer.Context) -> str:
+    """The link that GitHub makes of a heading of words."""
+    return context.command_path.lower().replace(" ", "-")
+
+
+def _cell(text: str) -> str:
+    """Text on one line, with no bar that would end a cell."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def main(path: Path) -> None:
+    """Write the reference of the program."""
+    from pipeline.cli.app import app
+
+    text = reference(app, "poro")
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

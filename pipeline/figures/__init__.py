@@ -1,0 +1,1 @@
+"""Drawings of designs, parts, curves and tests."""

@@ -1,0 +1,154 @@
+"""The actuator from the side at full pressure, with the support it is clamped to, the rigid arm and the spring."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Arc, Polygon, Rectangle
+from numpy.typing import NDArray
+
+from actuator.arrays import Floats
+from actuator.geometry.zero_set import Surface
+from pipeline.figures.offscreen import BODY
+from pipeline.figures.painting import paint
+from pipeline.results.design import Design
+from pipeline.results.shape import fields_at
+
+#: Direction to the eye: X1 to the right, X3 upwards.
+SIDE = (0.0, -1.0, 0.0)
+ARM, GROUND, SPRING, GHOST, SIZE = "#5b6470", "#3a3f45", "#c55a11", "#70777f", "#1f4e79"
+#: Coils of the spring as it is drawn.
+COILS = 9
+
+
+def arm_figure(design: Design) -> Figure:
+    """Side view: the deformed actuator, arm and spring, and where they were without pressure, dashed."""
+    domain, (_, load, _) = design.domain, design.case.optimize.parameters()
+    radius, length, reach = domain.radius, domain.length, load.arm_length
+    shape = design.shape
+    _, moved = fields_at(design, shape.vertices)
+    figure = Figure(figsize=(10.0, 4.5), dpi=110, layout="constrained")
+    axes = figure.subplots()
+    paint(axes, Surface(shape.vertices + moved, shape.triangles), SIDE, BODY, zorder=2)
+    _silhouette(axes, shape.vertices[:, [0, 2]], shape.triangles)
+    _support(axes, radius)
+    _arm(axes, np.zeros(3), radius, length, reach, ghost=True)
+    _arm(axes, design.arm, radius, length, reach, ghost=False)
+    end = _placed(design.arm, length, np.array([[reach, 0.0]]))[0]
+    top = 0.85 * radius
+    if load.spring_stiffness > 0.0:
+        _spring(axes, end, top, radius)
+        _measure(axes, (length + reach + 0.3 * radius, 0.0), (length + reach + 0.3 * radius, end[1]))
+        axes.text(
+            length + reach + 0.38 * radius, 0.5 * end[1], f"elongation\n{-end[1]:.2f} mm", color=SIZE, va="center"
+        )
+    below = -1.18 * radius
+    _measure(axes, (0.0, below), (length, below))
+    axes.text(0.5 * length, below - 0.05 * radius, "L", color=SIZE, ha="center", va="top")
+    over = 0.34 * radius
+    _measure(axes, (length, over), (length + reach, over))
+    axes.text(length + 0.5 * reach, over + 0.05 * radius, "L_arm", color=SIZE, ha="center", va="bottom")
+    _angle(axes, design.arm, length, reach)
+    axes.set(aspect="equal", xlabel="x1 [mm]", ylabel="x3 [mm]")
+    axes.set_xlim(-0.35 * radius, length + reach + 1.3 * radius)
+    low = min(below - 0.3 * radius, end[1] - 0.15 * radius)
+    axes.set_ylim(low, 1.2 * radius)
+    rest = Line2D([], [], color=GHOST, linestyle="--", linewidth=0.9, label="without pressure")
+    axes.legend(handles=[rest], frameon=False, loc="lower center")
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    return figure
+
+
+def _placed(arm: Floats, length: float, local: Floats) -> Floats:
+    """Points of the arm, (n, 2) as (x1, x3), moved rigidly; ``local`` is measured from its root (Section 2.2)."""
+    t1, t3, theta = arm
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    return np.asarray(local @ turn.T + np.array([length + t1, t3]))
+
+
+def _arm(axes: Axes, arm: Floats, radius: float, length: float, reach: float, *, ghost: bool) -> None:
+    thick, half = 0.08 * radius, 0.05 * radius
+    outline = [(0.0, radius), (thick, radius), (thick, half), (reach, half), (reach, -half), (thick, -half)]
+    outline += [(thick, -radius), (0.0, -radius)]
+    corners = _placed(arm, length, np.array(outline))
+    if ghost:
+        axes.add_patch(
+            Polygon(corners, closed=True, fill=False, edgecolor=GHOST, linestyle="--", linewidth=0.9, zorder=4)
+        )
+    else:
+        axes.add_patch(Polygon(corners, closed=True, facecolor=ARM, edgecolor=GROUND, linewidth=0.8, zorder=3))
+        x, z = _placed(arm, length, np.array([[reach, 0.0]]))[0]
+        axes.plot(x, z, "o", color="white", markeredgecolor=GROUND, markersize=5, zorder=5)
+
+
+def _silhouette(axes: Axes, plane: Floats, triangles: NDArray[np.int64]) -> None:
+    """Outline of what the undeformed surface covers: the edge of its shadow on a grid of 4 points per mm."""
+    low, high = plane.min(axis=0) - 1.0, plane.max(axis=0) + 1.0
+    pitch = float((high - low).max()) / 400.0
+    x, z = (np.arange(a, b, pitch) for a, b in zip(low, high, strict=True))
+    shadow = _shadow(plane, triangles, x, z)
+    axes.contour(x, z, shadow, levels=[0.5], colors=GHOST, linestyles="--", linewidths=0.9, zorder=4)
+
+
+def _shadow(plane: Floats, triangles: NDArray[np.int64], x: Floats, z: Floats) -> Floats:
+    """1 where the grid lies in a triangle, else 0, (len(z), len(x))."""
+    from PIL import Image, ImageDraw
+
+    image = Image.new("L", (len(x), len(z)))
+    brush = ImageDraw.Draw(image)
+    pixels = (plane - (x[0], z[0])) / (x[1] - x[0])
+    for triangle in pixels[triangles]:
+        brush.polygon([tuple(corner) for corner in triangle], fill=1)
+    return np.asarray(image, dtype=np.float64)
+
+
+def _support(axes: Axes, radius: float) -> None:
+    deep, high = 0.22 * radius, 1.15 * radius
+    _hatched(axes, (-deep, -high), deep, 2.0 * high)
+    axes.plot([0.0, 0.0], [-high, high], color=GROUND, linewidth=1.6, zorder=4)
+
+
+def _hatched(axes: Axes, corner: tuple[float, float], width: float, height: float) -> None:
+    """What does not move."""
+    ground = Rectangle(corner, width, height, facecolor="#d9dde2", edgecolor=GROUND, linewidth=0.0, hatch="////")
+    axes.add_patch(ground)
+
+
+def _spring(axes: Axes, end: Floats, top: float, radius: float) -> None:
+    """A spring straight above a point, since the one of the model resists the motion along X3 only."""
+    wide, straight = 0.11 * radius, 0.12 * (top - end[1])
+    along = np.linspace(end[1] + straight, top - straight, 2 * COILS + 1)
+    across = np.where(np.arange(2 * COILS + 1) % 2 == 0, -wide, wide)
+    across[[0, -1]] = 0.0
+    z, x = np.concatenate([[end[1]], along, [top]]), end[0] + np.concatenate([[0.0], across, [0.0]])
+    axes.plot(x, z, color=SPRING, linewidth=1.3, zorder=4)
+    _hatched(axes, (end[0] - 0.4 * radius, top), 0.8 * radius, 0.14 * radius)
+    axes.plot([end[0] - 0.4 * radius, end[0] + 0.4 * radius], [top, top], color=GROUND, linewidth=1.6)
+    axes.text(end[0] + 0.18 * radius, 0.55 * top, "k_sp", color=SPRING, ha="left", va="center")
+
+
+def _measure(axes: Axes, one: tuple[float, float], other: tuple[float, float]) -> None:
+    arrow = {"arrowstyle": "<->", "color": SIZE, "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
+    axes.annotate("", xy=other, xytext=one, arrowprops=arrow)
+
+
+def _angle(axes: Axes, arm: Floats, length: float, reach: float) -> None:
+    """The arc from the arm's axis at rest to its axis under pressure, about where the two cross, with the angle."""
+    theta = float(arm[2])
+    if abs(theta) < 1e-3:
+        return
+    root = _placed(arm, length, np.array([[0.0, 0.0]]))[0]
+    crossing = root[0] + root[1] / math.tan(theta)
+    far = 0.62 * reach
+    turn = -math.degrees(theta)
+    arc = Arc(
+        (crossing, 0.0), 2 * far, 2 * far, theta1=min(turn, 0.0), theta2=max(turn, 0.0), color=SIZE, linewidth=1.0
+    )
+    axes.add_patch(arc)
+    at = crossing + (far + 0.02 * reach) * math.cos(0.5 * theta), -(far + 0.02 * reach) * math.sin(0.5 * theta)
+    axes.text(*at, f"θ2 = {math.degrees(theta):.2f}°", color=SIZE, va="center")

@@ -1,0 +1,1 @@
+"""Recorded tests: reading them, fitting laws to them, comparing them with a prediction."""

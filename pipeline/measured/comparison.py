@@ -1,0 +1,229 @@
+"""``poro compare``: a recorded test beside what was predicted for the part, as report, figure and table."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from actuator.failure import Failure
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.measured.measurement import Measurement
+from pipeline.results.json_output import result_json
+from pipeline.results.simulation import read_simulation
+from pipeline.store import artifact, contents
+from pipeline.store.atomic import replacing, write_bytes
+from pipeline.store.job import Job
+from stages import compare
+from stages.rig import scaled
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a prediction comes from.
+
+    Attributes:
+        path: the artifact.
+        field: which of its curves; empty for a single point.
+        notes: sentences about its limits.
+    """
+
+    path: Path
+    field: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A recorded test beside its prediction.
+
+    Attributes:
+        job: the case.
+        measurement: the file and its recording.
+        sha256: of the file's bytes.
+        settings: of the comparison.
+        prediction: scaled to the part.
+        source: of the prediction.
+        result: of the comparison.
+    """
+
+    job: Job
+    measurement: Measurement
+    sha256: str
+    settings: compare.Settings
+    prediction: compare.Prediction
+    source: Source
+    result: compare.Result
+
+    @property
+    def title(self) -> str:
+        """Case, file, and the file's first comment, which may say that the test is none."""
+        comment = self.measurement.comments[:1]
+        return ", ".join([self.job.case.name, self.measurement.path.name, *(text[:80] for text in comment)])
+
+    def files(self, format: str) -> list[Path]:
+        """Figure, report and table."""
+        stem = f"{self.job.case.name}.compare"
+        return [self.job.files.folder / f"{stem}.{ending}" for ending in (format, "json", "csv")]
+
+    def write(self, format: str) -> None:
+        """Write figure, report and table.
+
+        Args:
+            format: of the figure, ``png`` or ``svg``.
+
+        Raises:
+            OSError: if the folder or the disk does not take a file.
+        """
+        from pipeline.figures.comparison import draw  # loads drawing libraries
+
+        figure, report, table = self.files(format)
+        with replacing(figure) as temporary:
+            draw(self, temporary, format)
+        write_bytes(report, f"{self.as_json(format)}\n".encode())
+        write_bytes(table, self.as_csv().encode())
+
+    def as_json(self, format: str) -> str:
+        """Everything but the curves, for other programs; what ``NAME.compare.json`` holds."""
+        case, result, measured = self.job.case, self.result, self.measurement
+        target = result.target
+        found = {
+            "name": case.name,
+            "measured": str(measured.path),
+            "sha256": self.sha256,
+            "comments": list(measured.comments),
+            "scale": case.export.scale,
+            "youngs_modulus": case.rig.youngs_modulus,
+            "settings": self.settings.model_dump(mode="json"),
+            "columns": {quantity.value: asdict(column) for quantity, column in measured.columns.items()},
+            "rows": len(measured.recording.pressure),
+            "cycles": len(result.cycles),
+            "prediction": {
+                "path": str(self.source.path),
+                "field": self.source.field or None,
+                "curve": self.prediction.curve,
+                "target_kPa": self.prediction.target,
+            },
+            "alignment": asdict(result.alignment),
+            "target": {
+                "pressure_kPa": target.pressure,
+                "measured_mm": target.mean,
+                "measured_cycles_mm": target.measured.tolist(),
+                "spread_mm": target.spread,
+                "predicted_mm": target.predicted,
+                "deviation_mm": target.deviation,
+                "deviation_percent": target.percent,
+            },
+            "overall": asdict(result.overall) if result.overall else None,
+            "hysteresis": _plain(result.hysteresis),
+            "linearity": {"measured": _plain(result.linearity), "predicted": _plain(result.predicted_linearity)},
+            "stiffness": _plain(result.stiffness),
+            "notes": [*self.source.notes, *result.notes],
+        }
+        return result_json("compare", found, self.files(format))
+
+    def as_csv(self) -> str:
+        """The averaged curves; cells of what is not known are empty."""
+        result = self.result
+        loading = result.mean_loading
+        spread = result.loading.std(axis=0, ddof=1) if len(result.loading) > 1 else np.full(len(loading), np.nan)
+        columns = {
+            "pressure_kPa": result.pressure,
+            "loading_mm": loading,
+            "loading_spread_mm": spread,
+            "unloading_mm": result.mean_unloading,
+            "predicted_mm": result.predicted,
+            "deviation_mm": loading - result.predicted,
+        }
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        lines = [",".join("" if value != value else f"{value:.6g}" for value in row) for row in rows]
+        return "\n".join([",".join(columns), *lines, ""])
+
+
+def compared(job: Job, measurement: Measurement, field: str | None, options: dict[str, Any]) -> Comparison:
+    """Compare a recorded test with the prediction for a job's part.
+
+    Args:
+        job: the case, with scale and Young's modulus of the print.
+        measurement: the test.
+        field: ``density`` or ``thresholded``; None for the density.
+        options: values of :class:`stages.compare.Settings` by name; those that are None keep their default.
+
+    Raises:
+        Fault: if an option is out of range or the print's modulus is not known (USAGE), or prediction or recording
+            cannot be used (ARTIFACT).
+    """
+    try:
+        settings = compare.Settings.model_validate(
+            {name: value for name, value in options.items() if value is not None}
+        )
+    except ValidationError as error:
+        raise wrong_option(f"--{error.errors()[0]['loc'][0]}", error) from None
+    prediction, source = _predicted(job, field)
+    try:
+        result = compare.run(measurement.recording, prediction, settings)
+    except Failure as failure:
+        raise Fault(ExitCode.ARTIFACT, f"{measurement.path}: {failure}") from None
+    with measurement.path.open("rb") as file:
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    return Comparison(job, measurement, sha256, settings, prediction, source, result)
+
+
+def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]:
+    """What was predicted, scaled to the part, and where it comes from."""
+    case = job.case
+    if case.rig.youngs_modulus is None:
+        raise Fault(
+            ExitCode.USAGE,
+            f"{job.argument}: the stiffness of the print is not known; give its initial Young's modulus in N/mm² with "
+            "--youngs, or as youngs_modulus below 'rig:' in the case.",
+        )
+    design = job.artifact("optimize")
+    beside = dict.fromkeys((job.files.folder, design.parent))
+    simulations = [folder / f"{case.name}.simulation.h5" for folder in beside]
+    found = next((path for path in simulations if path.is_file()), None)
+    pressure_in = case.optimize.parameters()[1].pressure
+    notes: tuple[str, ...] = ()
+    if found:
+        curves = read_simulation(found).curves
+        name = field or "density"
+        if name not in curves:
+            known = " or ".join(curves)
+            raise Fault(ExitCode.USAGE, f"--field {name}: {found} has only {known}; simulate it, or choose another.")
+        columns = curves[name]
+        pressure, length = np.asarray(columns["pressure"]), np.asarray(columns["elongation"])
+        rows = (np.asarray(columns["loading"]) == 1) & np.isfinite(pressure) & np.isfinite(length)
+        if not (pressure[rows] > 0.0).any():
+            raise Fault(ExitCode.ARTIFACT, f"{found}: it has no loading part; make it again with `poro simulate`.")
+        if design.is_file() and artifact.read_header(found).upstream_identity != artifact.read_header(design).identity:
+            notes = (f"{found} was not made from this {design.name}; run `poro simulate` again",)
+        source = Source(found, name, notes)
+        pressure, length = pressure[rows], length[rows]
+    else:
+        if field == "thresholded":
+            raise Fault(
+                ExitCode.USAGE,
+                f"--field thresholded: there is no {simulations[0]}; make it with `poro simulate {job.argument}`.",
+            )
+        elongation = float(contents.summary(design, "optimize")["spring_elongation"])
+        notes = (
+            f"the prediction is the single point of {design.name} and the origin, not a curve; "
+            f"`poro simulate {job.argument}` gives one",
+        )
+        source = Source(design, "", notes)
+        pressure, length = np.array([pressure_in]), np.array([elongation])
+    scale, modulus = case.export.scale, case.rig.youngs_modulus
+    kilopascals, millimetres = scaled(pressure, length, case.optimize, scale, modulus)
+    target, _ = scaled(pressure_in, 0.0, case.optimize, scale, modulus)
+    return compare.Prediction(kilopascals, millimetres, target, bool(found)), source
+
+
+def _plain(found: Any) -> dict[str, Any] | None:
+    """Fields of a result for JSON."""
+    if found is None:
+        return None
+    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(found).items()}

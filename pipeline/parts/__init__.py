@@ -1,0 +1,1 @@
+"""Solids of any origin: reading, checking, slicing."""

@@ -1,0 +1,103 @@
+"""``poro check``: read a solid, make the checks of :mod:`stages.check`, and tell what they found."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from actuator.failure import Failure
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.parts.solid_file import read_solid
+from pipeline.results.json_output import result_json
+from pipeline.store.atomic import write_bytes
+from stages import check
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found in a file.
+
+    Attributes:
+        part: the file as the user named it.
+        sha256: of its bytes, so that a report of an older file is recognised.
+        settings: of the checks.
+        result: of the checks.
+    """
+
+    part: Path
+    sha256: str
+    settings: check.Settings
+    result: check.Result
+
+    @property
+    def path(self) -> Path:
+        """Where the report is stored: beside the part."""
+        return self.part.with_name(f"{self.part.name}.check.json")
+
+    def as_text(self) -> str:
+        """A table, one check a line."""
+        size = " x ".join(f"{length:.2f}" for length in self.result.size)
+        rows = [f"  {finding.verdict:<16}{finding.name.value:<17}{finding.text}" for finding in self.result.findings]
+        head = f"{self.part}: {self.result.triangles} triangles, {size} mm"
+        return "\n".join([head, *rows, f"  {self.result.summary}"])
+
+    def as_json(self, *, stored: bool = True) -> str:
+        """Everything, for other programs; it names the report's file if that is stored."""
+        found = {
+            "part": str(self.part),
+            "sha256": self.sha256,
+            "passed": self.result.passed,
+            "summary": self.result.summary,
+            "triangles": self.result.triangles,
+            "size": self.result.size,
+            "settings": self.settings.model_dump(mode="json"),
+            "findings": [asdict(finding) for finding in self.result.findings],
+        }
+        return result_json("check", found, [self.path] if stored else [])
+
+    def write(self) -> None:
+        """Store the report beside the part.
+
+        Raises:
+            OSError: if the folder or the disk does not take it.
+        """
+        write_bytes(self.path, f"{self.as_json()}\n".encode())
+
+    def refuse(self) -> None:
+        """Do nothing if the part passed.
+
+        Raises:
+            Fault: if a check failed (BAD_SOLID).
+        """
+        if not self.result.passed:
+            raise Fault(ExitCode.BAD_SOLID, f"{self.part} fails: {', '.join(self.result.failed)}.")
+
+
+def examine(part: Path, options: dict[str, Any]) -> Report:
+    """Read a file and make all checks.
+
+    Args:
+        part: STL or 3MF; its ending says which.
+        options: values of :class:`stages.check.Settings` by name; those that are None keep their default.
+
+    Raises:
+        Fault: if an option is out of range or the ending unknown (USAGE), or the file is missing or unreadable
+            (ARTIFACT).
+    """
+    settings = _settings({name: value for name, value in options.items() if value is not None})
+    solid = read_solid(part)
+    try:
+        result = check.run(solid.vertices, solid.triangles, settings)
+    except Failure as failure:
+        raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
+    return Report(part, solid.sha256, settings, result)
+
+
+def _settings(given: dict[str, Any]) -> check.Settings:
+    try:
+        return check.Settings.model_validate(given)
+    except ValidationError as error:
+        raise wrong_option(f"--{error.errors()[0]['loc'][0]}", error) from None

@@ -1,0 +1,194 @@
+"""``poro slice``: the layers of a part as a table and a plot, or single slices as drawings and masks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from actuator.arrays import Floats
+from actuator.failure import Failure, GridTooLarge, NotManifold
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.parts.solid_file import read_solid
+from pipeline.results.json_output import result_json
+from pipeline.store.atomic import replacing, write_bytes
+from stages import slices
+from stages.events import Message
+
+#: Most pixels of a mask; more is a slip in a unit.
+MOST_PIXELS = 50_000_000
+
+
+@dataclass(frozen=True)
+class Sliced:
+    """A part and its layers.
+
+    Attributes:
+        part: the file.
+        settings: thickness and direction.
+        result: all layers.
+    """
+
+    part: Path
+    settings: slices.Settings
+    result: slices.Result
+
+    def overview(self, format: str) -> dict[str, Any]:
+        """Figures of all layers; writes the table ``PART.areas.csv`` and the plot ``PART.areas.FORMAT``.
+
+        Raises:
+            OSError: if the folder or the disk does not take a file.
+        """
+        from pipeline.figures.layers import plot_areas  # loads drawing libraries
+
+        result = self.result
+        table, plot = (self.part.with_name(f"{self.part.stem}.areas.{ending}") for ending in ("csv", format))
+        columns = zip(result.heights.tolist(), result.areas.tolist(), result.outlines.tolist(), strict=True)
+        rows = [f"{row},{height:.6g},{area:.9g},{count}" for row, (height, area, count) in enumerate(columns, 1)]
+        write_bytes(table, "\n".join(["layer,height_mm,area_mm2,outlines", *rows, ""]).encode())
+        with replacing(plot) as temporary:
+            plot_areas(result, temporary, format)
+        largest = int(result.areas.argmax())
+        return {
+            "part": str(self.part),
+            "direction": self.settings.direction,
+            "thickness_mm": self.settings.thickness,
+            "layers": len(result.heights),
+            "height_mm": result.part.height,
+            "largest_area_mm2": float(result.areas[largest]),
+            "largest_layer": largest + 1,
+            "mean_area_mm2": float(result.areas.mean()),
+            "largest_jump_mm2": result.largest_jump,
+            "jump_layer": result.jump + 1,
+            "most_outlines": int(result.outlines.max()),
+            "volume_by_layers_mm3": result.layered_volume,
+            "volume_mm3": result.volume,
+            "files": [str(table), str(plot)],
+        }
+
+    def draw(self, numbers: list[int], heights: list[float], format: str, pixel: float) -> list[dict[str, Any]]:
+        """Figures of single slices; writes each as ``PART.layer-NUMBER.FORMAT`` or ``PART.height-HEIGHT.FORMAT``.
+
+        Args:
+            numbers: layers to draw, the lowest is 1.
+            heights: above the lowest point, mm, to draw as well.
+            format: ``svg``, in mm, or ``png``, a mask.
+            pixel: side of a pixel of a mask, mm.
+
+        Raises:
+            Fault: if a number, a height or the size of a mask is out of range (USAGE).
+            OSError: if the folder or the disk does not take a file.
+        """
+        from pipeline.figures.layers import mask_png, outlines_svg  # loads a drawing library
+
+        part = self.result.part
+        wanted = [*map(self._layer, numbers), *map(self._height, heights)]
+        shape = _shape(part.high - part.low, pixel) if format == "png" else (0, 0)
+        found = []
+        for name, height in wanted:
+            section = part.cut(height)
+            path = self.part.with_name(f"{self.part.stem}.{name}.{format}")
+            if format == "png":
+                data = mask_png(section, part, shape, pixel)
+            else:
+                data = outlines_svg(section, part, self.part.stem)
+            write_bytes(path, data)
+            figures = {"height_mm": height, "area_mm2": section.area, "outlines": len(section.outlines)}
+            found.append({"name": name} | figures | {"file": str(path)})
+        return found
+
+    def _layer(self, number: int) -> tuple[str, float]:
+        count = len(self.result.heights)
+        if not 1 <= number <= count:
+            raise Fault(ExitCode.USAGE, f"--number {number}: the part has layers 1 to {count}; choose one of them.")
+        return f"layer-{number}", float(self.result.heights[number - 1])
+
+    def _height(self, height: float) -> tuple[str, float]:
+        top = self.result.part.height
+        if not 0.0 <= height < top:
+            sentence = f"--height {height:g}: the part is {top:.6g} mm high; choose a height from 0 to below that."
+            raise Fault(ExitCode.USAGE, sentence)
+        return f"height-{height:g}", height
+
+
+def _shape(size: Floats, pixel: float) -> tuple[int, int]:
+    """Rows and columns of a mask of a size (2,), mm."""
+    if not pixel > 0.0 or (size / pixel + 1.0).prod() > MOST_PIXELS:
+        sentence = f"--pixel {pixel:g}: must be above 0 mm, with at most {MOST_PIXELS} pixels; choose another size."
+        raise Fault(ExitCode.USAGE, sentence)
+    # The rounding of a file's coordinates must not add a row to a part of whole pixels.
+    columns, rows = np.ceil(size / pixel - 1.0e-3).astype(int).clip(min=1).tolist()
+    return rows, columns
+
+
+def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], None]) -> Sliced:
+    """Read a part and cut it into layers.
+
+    Args:
+        part: STL or 3MF; its ending says which.
+        thickness: of a layer, mm.
+        direction: from the platform to the part, ``x``, ``-x`` and so on.
+        say: is told if the part had to be repaired.
+
+    Raises:
+        Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
+            (ARTIFACT), or its triangles bound no solid (BAD_SOLID).
+    """
+    try:
+        settings = slices.Settings.model_validate({"thickness": thickness, "direction": direction})
+    except ValidationError as error:
+        raise wrong_option("--layer", error) from None
+    solid = read_solid(part)
+    try:
+        result = slices.run(
+            solid.vertices,
+            solid.triangles,
+            settings,
+            lambda event: say(event.text) if isinstance(event, Message) else None,
+        )
+    except GridTooLarge as failure:
+        raise Fault(ExitCode.USAGE, f"--layer {thickness:g}: {failure}") from None
+    except Failure as failure:
+        code = ExitCode.BAD_SOLID if isinstance(failure, NotManifold) else ExitCode.ARTIFACT
+        raise Fault(code, f"{part}: {failure}") from None
+    if not len(result.heights):
+        sentence = f"--layer {thickness:g}: the part is only {result.part.height:.3g} mm high; choose thinner layers."
+        raise Fault(ExitCode.USAGE, sentence)
+    return Sliced(part, settings, result)
+
+
+def overview_text(found: dict[str, Any]) -> str:
+    """The figures of all layers for people."""
+    off = 100.0 * (found["volume_by_layers_mm3"] / found["volume_mm3"] - 1.0)
+    lines = {
+        "height": f"{found['height_mm']:.3f} mm",
+        "largest area": f"{found['largest_area_mm2']:.2f} mm^2, layer {found['largest_layer']}",
+        "mean area": f"{found['mean_area_mm2']:.2f} mm^2",
+        "largest jump": f"{found['largest_jump_mm2']:.2f} mm^2, after layer {found['jump_layer']}",
+        "closed outlines": f"at most {found['most_outlines']} in a layer",
+        "volume": f"{found['volume_by_layers_mm3']:.2f} mm^3 by layers, {found['volume_mm3']:.2f} mm^3 by triangles "
+        f"({off:+.3f} %)",
+    }
+    head = f"{found['part']}: {found['layers']} layers of {found['thickness_mm']:g} mm along {found['direction']}"
+    rows = [f"  {name:<20}{text}" for name, text in lines.items()]
+    files = [f"  {'files' if file == found['files'][0] else '':<20}{file}" for file in found["files"]]
+    return "\n".join([head, *rows, *files])
+
+
+def slices_text(found: list[dict[str, Any]]) -> str:
+    """The figures of single slices for people, one a line."""
+    return "\n".join(
+        f"{entry['file']}: {entry['area_mm2']:.3f} mm^2 at {entry['height_mm']:.4g} mm, {entry['outlines']} outlines"
+        for entry in found
+    )
+
+
+def as_json(found: dict[str, Any] | list[dict[str, Any]]) -> str:
+    """The figures for programs."""
+    if isinstance(found, list):
+        return result_json("slice", {"slices": found}, [entry["file"] for entry in found])
+    return result_json("slice", found, found["files"])

@@ -1,0 +1,362 @@
+"""``poro report``: everything there is about a case in one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from actuator.failure import Failure
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.figures.plots import Drawing, NoPicture, draw
+from pipeline.parts.checking import examine
+from pipeline.report import response as report_response
+from pipeline.report import rows as report_rows
+from pipeline.report.view3d import Model, model_of
+from pipeline.results import paper
+from pipeline.results.design import Design, read_design
+from pipeline.results.simulation import Simulation, read_simulation
+from pipeline.runs.plan import plan
+from pipeline.store import artifact, contents
+from pipeline.store.artifact import Header
+from pipeline.store.atomic import write_bytes
+from pipeline.store.job import Job
+from pipeline.store.stage_names import STAGES
+
+WEB = resources.files("pipeline.report") / "web"
+MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A figure of the report: its name in :mod:`pipeline.figures.plots`, its format, and what it shows."""
+
+    name: str
+    format: str
+    title: str
+    caption: str
+
+
+KINDS = (
+    Kind(
+        "initial",
+        "svg",
+        "Initial design",
+        "The design that the optimisation starts from (Appendix C of the paper): the solid in the half cylinder, and "
+        "its density in two sections with the outline ρ = 0.5 and the region of the pressure source.",
+    ),
+    Kind(
+        "views",
+        "png",
+        "Views",
+        "The optimised design from the side, from the front and from above, and deformed, coloured by p / p_in.",
+    ),
+    Kind(
+        "arm",
+        "svg",
+        "Support, arm and spring",
+        "Side view under full pressure: the actuator between the support it is clamped to and the rigid arm, whose end "
+        "the spring holds. Dashed: without pressure.",
+    ),
+    Kind(
+        "section",
+        "png",
+        "Section",
+        "The symmetry plane X2 = 0, undeformed and deformed, with the mesh, coloured by p / p_in.",
+    ),
+    Kind(
+        "history",
+        "svg",
+        "Convergence",
+        "Total objective C and main objective C0, and the terms that penalise the constraints, against the number of "
+        "the design update.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure, or the reason why there is none."""
+
+    kind: Kind
+    address: str = ""
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class StageRow:
+    """A stage and its artifact, if there is one.
+
+    Attributes:
+        stage: its name.
+        path: of the artifact.
+        state: ``up to date``, ``given``, ``stale`` or ``missing``.
+        reasons: why it is stale; empty if it is not.
+        header, summary: of the artifact; None and empty if it is missing.
+    """
+
+    stage: str
+    path: Path
+    state: str
+    reasons: str
+    header: Header | None
+    summary: dict[str, Any]
+
+
+@dataclass
+class Missing:
+    """What the report lacks, and the command that gives it."""
+
+    what: str
+    command: str
+
+
+@dataclass
+class Findings:
+    """What ``poro check`` found, where that is from, and along which direction the part is built."""
+
+    origin: str
+    direction: str
+    summary: str
+    rows: list[tuple[str, str, str]]
+
+
+@dataclass
+class Gathered:
+    """All the files of a case beside its optimised design, as far as they are there."""
+
+    design: Design
+    header: Header
+    stages: list[StageRow]
+    part: Path | None = None
+    findings: Findings | None = None
+    simulation: Simulation | None = None
+    measured: list[report_rows.Entry] = field(default_factory=list)
+    comparison: list[report_rows.Entry] = field(default_factory=list)
+    comparison_picture: str = ""
+    missing: list[Missing] = field(default_factory=list)
+
+    @property
+    def stale(self) -> list[StageRow]:
+        """The stages whose artifacts do not fit the case, or what they were made from, any more."""
+        return [row for row in self.stages if row.reasons]
+
+    def summary(self, stage: str) -> dict[str, Any]:
+        """A stage's summary; empty if it was not run."""
+        return next((row.summary for row in self.stages if row.stage == stage), {})
+
+
+def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, list[str]]:
+    """Write NAME.report.html.
+
+    Args:
+        job: the case; what lies beside its optimised design is reported too.
+        folder: where the report goes.
+        check: whether to make the checks of ``poro check`` where no stored ones fit the part.
+
+    Returns:
+        The report, and a sentence for each figure that could not be drawn.
+
+    Raises:
+        Fault: if there is no readable artifact of ``optimize``, or another file is unreadable (ARTIFACT).
+        OSError: if the folder or the disk does not take the report.
+    """
+    found = _gather(job, check)
+    model: Model | None = None
+    problems = []
+    try:
+        model = model_of(found.design)
+    except Failure as failure:
+        problems.append(f"3D view: {failure}")
+    pictures = list(_pictures(found.design, job.simulation))
+    problems += [f"{picture.kind.title}: {picture.problem}" for picture in pictures if picture.problem]
+    path = folder / f"{found.design.name}.report.html"
+    write_bytes(path, _page(found, pictures, model, problems).encode())
+    return path, problems
+
+
+# ------------------------------------------------------------------------------------------------ what there is
+
+
+def _gather(job: Job, check: bool) -> Gathered:
+    path = job.artifact("optimize")
+    found = Gathered(read_design(path), artifact.read_header(path), list(_stages(job)))
+    _find_part(job, found, check)
+    if job.simulation:
+        found.simulation = read_simulation(job.simulation)
+    else:
+        found.missing.append(Missing("pressure–displacement curve", _command("simulate", path)))
+    _find_comparison(path, found)
+    return found
+
+
+def _stages(job: Job) -> Iterator[StageRow]:
+    """The stages and their artifacts, in order."""
+    last = job.given is not None and job.given.stage == STAGES[-1]
+    steps = {step.stage: step for step in plan(replace(job, given=None) if last else job)}
+    for stage in STAGES:
+        path, step = job.artifact(stage), steps.get(stage)
+        if not path.is_file():
+            yield StageRow(stage, path, "missing", "", None, {})
+            continue
+        reasons = "; ".join(step.reasons) if step else ""
+        state = "stale" if reasons else "given" if step is None or step.given else "up to date"
+        yield StageRow(stage, path, state, reasons, artifact.read_header(path), contents.summary(path, stage))
+
+
+def _find_part(job: Job, found: Gathered, check: bool) -> None:
+    optimised, record = job.artifact("optimize"), job.artifact("export")
+    summary = found.summary("export")
+    if not summary:
+        found.missing.append(Missing("the part to print, and its checks", _command("export", optimised)))
+        return
+    part = record.with_name(Path(summary["file"]).name)
+    if not part.is_file():
+        found.missing.append(Missing(f"{part.name}, which is gone", _command("export", optimised, "--force")))
+        return
+    found.part = part
+    stored = part.with_name(f"{part.name}.check.json")
+    if stored.is_file():
+        findings = _read_json(stored)
+        if findings.get("sha256") == hashlib.sha256(part.read_bytes()).hexdigest():
+            found.findings = _findings(stored, findings)
+            return
+    if check:
+        report = examine(part, {})
+        rows = [(finding.name.value, str(finding.verdict), finding.text) for finding in report.result.findings]
+        origin = "made for this report with the default settings"
+        found.findings = Findings(origin, report.settings.direction, report.result.summary, rows)
+    else:
+        found.missing.append(Missing("the checks for printing", _command("check", part)))
+
+
+def _findings(stored: Path, found: dict[str, Any]) -> Findings:
+    """Stored findings of ``poro check``."""
+    try:
+        rows = [(str(each["name"]), str(each["verdict"]), str(each["text"])) for each in found["findings"]]
+        direction, summary = str(found["settings"]["direction"]), str(found["summary"])
+    except (LookupError, TypeError) as error:
+        raise _foreign(stored) from error
+    return Findings(f"from {stored.name}", direction, summary, rows)
+
+
+def _foreign(path: Path) -> Fault:
+    return Fault(ExitCode.ARTIFACT, f"{path}: holds no report of poro; delete it and make it again.")
+
+
+def _find_comparison(optimised: Path, found: Gathered) -> None:
+    """What ``poro compare`` left beside the design: NAME.compare.json and its figure."""
+    stored = optimised.with_name(f"{found.design.name}.compare.json")
+    if stored.is_file():
+        values = _read_json(stored)
+        try:
+            found.measured = report_response.measured(values)
+        except (KeyError, TypeError):
+            sentence = f"{stored}: this is not what `poro compare` of this version writes; run it again."
+            raise Fault(ExitCode.ARTIFACT, sentence) from None
+        found.comparison = list(report_rows.leaves(values))
+    else:
+        found.missing.append(Missing("comparison with a measurement", _command("compare", optimised, "MEASURED.csv")))
+    for format in ("svg", "png"):
+        picture = stored.with_suffix(f".{format}")
+        if picture.is_file():
+            found.comparison_picture = _address(format, picture.read_bytes())
+            break
+
+
+def _command(*words: object) -> str:
+    return shlex.join(["poro", *map(str, words)])
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise Fault(ExitCode.ARTIFACT, f"{path}: cannot be read ({error}); delete it and make it again.") from None
+    if not isinstance(found, dict):
+        raise _foreign(path)
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ the page
+
+
+def _pictures(design: Design, simulation: Path | None) -> Iterator[Picture]:
+    path = Kind("pressure", "svg", "Pressure and displacement", "Simulated displacements against the pressure.")
+    for kind in (*KINDS, *([path] if simulation else [])):
+        try:
+            drawn: Drawing = draw(design, kind.name, kind.format, simulation)
+            yield Picture(kind, _address(drawn.format, drawn.data))
+        except (Failure, NoPicture) as failure:
+            yield Picture(kind, problem=str(failure))
+
+
+def _address(format: str, data: bytes) -> str:
+    """An image as the address that holds it."""
+    return f"data:{MEDIA[format]};base64,{base64.b64encode(data).decode()}"
+
+
+def _page(found: Gathered, pictures: list[Picture], model: Model | None, problems: list[str]) -> str:
+    design = found.design
+    reference = paper.reference_of(design.case)
+    scripts = ["three.js", "report.js"] if model else []
+    exported = found.summary("export")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.from_string(_web("report.html")).render(
+        found=found,
+        design=design,
+        case=design.case,
+        header=found.header,
+        opening=report_rows.opening(design, reference),
+        comparisons=report_rows.comparisons(design, reference),
+        reference=reference,
+        same_mesh=paper.on_the_papers_mesh(design.case.domain),
+        citation=paper.CITATION,
+        constraints=report_rows.constraints(design.summary),
+        work=report_rows.work(design.summary),
+        memory=max((row.summary.get("peak_memory") or 0 for row in found.stages), default=0),
+        part=report_rows.part(exported, found.summary("mirror")) if exported else [],
+        checks=exported.get("checks", {}),
+        settings=list(report_rows.settings(design.case)),
+        simulated=report_response.simulated(found.simulation.summary) if found.simulation else [],
+        simulation_values=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
+        duration=report_rows.duration,
+        pictures=pictures,
+        problems=problems,
+        model=model,
+        still=_address("png", model.still()) if model else "",
+        version=artifact.program_version(),
+        date=datetime.now(UTC).isoformat(timespec="minutes"),
+        style=Markup(_web("report.css")),
+        scripts=[Markup(_web(name)) for name in scripts],
+        policy=_policy(_web("report.css"), [_web(name) for name in scripts]),
+    )
+
+
+def _policy(style: str, scripts: list[str]) -> str:
+    """Nothing from elsewhere, and of what the page holds only the program's own style and scripts."""
+    hashes = " ".join(map(_hash, scripts)) or "'none'"
+    return (
+        f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {hashes}; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def _web(name: str) -> str:
+    return (WEB / name).read_text(encoding="utf-8")

@@ -1,0 +1,242 @@
+"""Rows of the report's tables, from the summaries that the artifacts hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from pipeline.case.model import Case
+from pipeline.results.design import Design
+from pipeline.results.paper import Reference, on_the_papers_mesh
+
+Summary = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number as it is shown, and as the artifact holds it."""
+
+    value: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity of the initial design, of the final one, and of the paper's.
+
+    Attributes:
+        name: of the quantity, with its unit.
+        initial, final: numbers.
+        paper: the paper's number, or None.
+        share: final over the paper's, or None.
+    """
+
+    name: str
+    initial: Number | None
+    final: Number
+    paper: Number | None = None
+    share: float | None = None
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """How well a penalised constraint is met: the value, its limit, and by how much the value lies over it."""
+
+    name: str
+    value: Number
+    limit: str
+    met: bool
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A named value."""
+
+    name: str
+    value: str
+
+
+def comparisons(design: Design, reference: Reference | None) -> list[Comparison]:
+    """The design's performance beside the paper's."""
+    summary, history = design.summary, design.history
+    _, load, _ = design.case.optimize.parameters()
+    start = {name: float(history[name][0]) for name in ("C", "C0", "T1", "T3", "theta2")}
+    start["elongation"] = load.arm_length * math.sin(start["theta2"]) - start["T3"]
+    end = {
+        "C": summary["C"],
+        "C0": summary["terms"]["C0"],
+        "T1": summary["T1"],
+        "T3": summary["T3"],
+        "theta2": summary["theta2"],
+        "elongation": summary["spring_elongation"],
+    }
+    rows = (
+        ("main objective C0", "C0", 6, 1.0),
+        ("shift of the arm's root T3 [mm]", "T3", 3, 1.0),
+        ("rotation of the arm θ2 [°]", "theta2", 3, 180.0 / math.pi),
+        ("elongation of the spring [mm]", "elongation", 3, 1.0),
+        ("shift of the arm's root T1 [mm]", "T1", 3, 1.0),
+        ("total objective C", "C", 6, 1.0),
+    )
+
+    def number(value: float, digits: int, factor: float) -> Number:
+        return Number(factor * value, f"{factor * value:.{digits}f}".replace("-", "−"))
+
+    found = []
+    for name, key, digits, factor in rows:
+        printed = getattr(reference, key, None)
+        found.append(
+            Comparison(
+                name,
+                number(start[key], digits, factor),
+                number(end[key], digits, factor),
+                None if printed is None else number(printed, digits, factor),
+                None if printed is None else end[key] / printed,
+            )
+        )
+    return found
+
+
+def constraints(summary: Summary) -> list[Constraint]:
+    """How well the penalised constraints are met; artifacts of older versions lack some."""
+    shown = (
+        ("largest p / p_in on the outer wall", "wall_leak", 0.0, 1e-2),
+        ("the same with second-order pressure", "wall_leak_second_order", 0.0, 1e-2),
+        ("largest energy density over its limit, max Ψ / Ψ_lim", "energy_ratio", 1.0, 0.0),
+        ("steepest interface over its limit, max ‖∇χ‖ L_i / 8", "steepest", 1.0, 0.0),
+        ("share of the solid in the passive core", "passive_share", 0.0, 1e-6),
+    )
+    found = []
+    for name, key, limit, slack in shown:
+        value = summary.get(key)
+        if value is None:
+            continue
+        met = value <= limit + slack
+        if limit:
+            verdict = "met" if met else f"{100.0 * (value / limit - 1.0):.1f} % over"
+        else:
+            verdict = "met" if value <= 0.0 else f"below {slack:g}" if met else f"above {slack:g}"
+        text = f"{value:.3f}" if limit else f"{value:.1e}".replace("e-0", "e-") if value else "0"
+        found.append(Constraint(name, Number(value, text), f"{limit:g}", met, verdict))
+    return found
+
+
+def opening(design: Design, reference: Reference | None) -> str:
+    """What the report is of, in a paragraph."""
+    summary, case = design.summary, design.case
+    _, load, limits = case.optimize.parameters()
+    cells = design.domain.section_cells * design.domain.layers
+    whose = "a design of its own"
+    if reference:
+        whose = f"the paper's actuator for an allowable strain of {100 * reference.strain_limit:g} %"
+        whose += ", on the paper's mesh" if on_the_papers_mesh(case.domain) else ", on another mesh than the paper's"
+    turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
+    beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
+    sentences = [
+        f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
+        f"Under {1e3 * load.pressure:.3g} kPa it turns the arm by {turned:.2f}° and moves the spring's end by "
+        f"{moved:.2f} mm{beside}.",
+        f"{_count(summary['updates'], 'design update')} and {_count(summary['evaluations'], 'evaluation')} were made. "
+        f"{summary['reason']}",
+    ]
+    if not summary.get("converged", True):
+        sentences.append(
+            f"The design is not converged: stationarity {summary['stationarity']:.2g}, to be "
+            f"{case.optimizer.stationarity:g}."
+        )
+    return " ".join(sentences)
+
+
+def work(summary: Summary) -> list[Entry]:
+    """What the optimisation cost; artifacts of older versions do not say all of it."""
+    counts = {"design updates": summary["updates"], "evaluations": summary["evaluations"]}
+    names = {
+        "factorisations": "factorisations",
+        "newton": "Newton steps",
+        "krylov": "Krylov iterations",
+        "products": "Hessian products",
+        "inner": "steps of the inner problem",
+    }
+    counts |= {text: summary["work"][key] for key, text in names.items() if key in summary.get("work", {})}
+    entries = [Entry(name, f"{count:,}") for name, count in counts.items()]
+    if "seconds" in summary:
+        entries.append(Entry("time, all parts", duration(summary["seconds"])))
+    for part, seconds in summary.get("seconds_per_part", {}).items():
+        entries.append(Entry(f"time, {part}", duration(seconds)))
+    return entries
+
+
+def part(summary: Summary, shape: Summary) -> list[Entry]:
+    """What the exported part measures.
+
+    Args:
+        summary: of ``export``.
+        shape: of ``mirror``; empty if that is not at hand.
+    """
+    low, high = summary["bounding_box"]
+    sizes = " × ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    entries = [
+        Entry("file", summary["file"]),
+        Entry("size", f"{sizes} mm"),
+        Entry("volume", f"{summary['volume']:.1f} mm³"),
+        Entry("floating islands removed", str(len(summary.get("islands", [])))),
+        Entry("triangles left out", f"{summary.get('decimated', 0)}, {summary.get('moved', 0.0):.2g} mm off at most"),
+    ]
+    if "hausdorff_mm" in shape:
+        distance = f"{shape['hausdorff_mm']:.2g} mm at most, {shape['rms_distance_mm']:.2g} mm root mean square"
+        entries.append(Entry("distance of the surface to the filtered field's zero set", distance))
+    return entries
+
+
+def settings(case: Case) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
+    """Sections of a resolved case: keys with value and description."""
+    for section in type(case).model_fields:
+        values = getattr(case, section)
+        if isinstance(values, BaseModel):
+            yield (
+                section,
+                [
+                    (key, shown(getattr(values, key)), field.description or "")
+                    for key, field in type(values).model_fields.items()
+                ],
+            )
+
+
+def leaves(found: Any, name: str = "") -> Iterator[Entry]:
+    """All values of a nested summary by dotted names; long lists by their length."""
+    if isinstance(found, Mapping):
+        for key, value in found.items():
+            yield from leaves(value, f"{name}.{key}" if name else str(key))
+    elif isinstance(found, list | tuple) and (len(found) > 6 or any(isinstance(each, Mapping) for each in found)):
+        yield Entry(name, f"{len(found)} entries")
+    elif isinstance(found, list | tuple):
+        yield Entry(name, ", ".join(shown(each) for each in found))
+    else:
+        yield Entry(name, shown(found))
+
+
+def shown(value: Any) -> str:
+    """A value of a summary or a setting for a table."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def duration(seconds: float) -> str:
+    """Seconds, with minutes or hours where these are easier to grasp."""
+    if seconds < 120.0:
+        return f"{seconds:.1f} s"
+    if seconds < 7200.0:
+        return f"{seconds:.0f} s ({seconds / 60.0:.0f} min)"
+    return f"{seconds:.0f} s ({seconds / 3600.0:.1f} h)"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

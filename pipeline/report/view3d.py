@@ -1,0 +1,120 @@
+"""The shape of a design for the report's 3D view: few triangles, undeformed and under pressure, in compact numbers."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from actuator.arrays import Floats
+from actuator.geometry.creases import parted_at_creases
+from actuator.geometry.decimation import decimated
+from actuator.geometry.islands import without_islands
+from actuator.geometry.solid import prove_solid
+from actuator.geometry.splitting import split_where_curved
+from actuator.geometry.zero_set import Surface
+from pipeline.figures.colouring import COLOURS
+from pipeline.figures.offscreen import ABOVE, BODY, with_fewer_colours
+from pipeline.figures.painting import paint
+from pipeline.results.design import Design
+from pipeline.results.shape import fields_at
+
+#: How far the displayed surface may lie off, over R, and the most triangles before it may lie off twice as far.
+TOLERANCE, MOST = 1.0 / 300.0, 60_000
+#: How far pressure over p_in, and displacement over R, may be from linear along the edges of displayed triangles.
+LINEAR = 0.04
+#: Colours from no to full pressure.
+STEPS = 64
+
+
+@dataclass(frozen=True)
+class Model:
+    """What the page draws.
+
+    Attributes:
+        surface: undeformed, in the size of the computation.
+        moved: its vertices under pressure, (n, 3), mm.
+        pressure: over the source pressure, (n,).
+        triangles: of the shape before it was simplified.
+        off: how far the surface lies from that shape at most, mm.
+        islands: bodies that float beside the part, and were left out as in the export.
+    """
+
+    surface: Surface
+    moved: Floats
+    pressure: Floats
+    triangles: int
+    off: float
+    islands: int
+
+    def as_json(self) -> dict[str, Any]:
+        """Numbers for the page: places as 16 bit along the sides of a box around both states, pressure as 8 bit."""
+        origin, triangles = parted_at_creases(self.surface)
+        places = self.surface.vertices[origin], self.moved[origin]
+        low, high = (f([f(place, axis=0) for place in places], axis=0) for f in (np.min, np.max))
+        rest, moved = (np.round((place - low) / (high - low) * 65535).astype("<u2") for place in places)
+        pressure = np.round(np.clip(self.pressure[origin], 0.0, 1.0) * 255).astype("u1")
+        colours = colormaps[COLOURS](np.linspace(0.0, 1.0, STEPS), bytes=True)[:, :3]
+        return {
+            "low": low.tolist(),
+            "high": high.tolist(),
+            "rest": _base64(rest),
+            "moved": _base64(moved),
+            "pressure": _base64(pressure),
+            "triangles": _base64(triangles.astype("<u4")),
+            "colours": _base64(colours),
+            "body": BODY,
+        }
+
+    def still(self) -> bytes:
+        """Both states side by side as a PNG, for where a browser cannot draw."""
+        figure = Figure(figsize=(10.0, 4.8), dpi=110, layout="constrained")
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        states = (("part", self.surface.vertices), ("under pressure", self.moved))
+        for axes, (title, vertices) in zip(panels, states, strict=True):
+            paint(axes, Surface(vertices, self.surface.triangles), ABOVE, BODY)
+            axes.set(aspect="equal", title=title)
+            axes.set_axis_off()
+        written = io.BytesIO()
+        FigureCanvasAgg(figure).print_png(written)
+        return with_fewer_colours(written.getvalue())
+
+
+def model_of(design: Design) -> Model:
+    """The part of a design, simplified.
+
+    Raises:
+        actuator.failure.Failure: if the shape is no solid.
+    """
+    shape = design.shape
+    whole = prove_solid(shape.vertices, shape.triangles).surface
+    islands = 0
+    if design.case.export.islands == "remove":
+        whole, removed = without_islands(whole)
+        islands = len(removed)
+    tolerance = TOLERANCE * design.domain.radius
+    simple, off = decimated(whole, tolerance)
+    while len(simple.triangles) > MOST and tolerance < 0.1 * design.domain.radius:
+        tolerance *= 2.0
+        simple, off = decimated(whole, tolerance)
+
+    def state(points: Floats) -> Floats:
+        """Pressure over p_in and displacement over R."""
+        fields, moved = fields_at(design, points)
+        return np.column_stack([fields["pressure"], moved / design.domain.radius])
+
+    # A flat end needs few triangles, but the pressure falls steeply there.
+    simple, values = split_where_curved(simple, state, LINEAR, TOLERANCE * design.domain.radius)
+    moved = simple.vertices + design.domain.radius * values[:, 1:]
+    return Model(simple, moved, values[:, 0], len(whole.triangles), off, islands)
+
+
+def _base64(values: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode()

@@ -1,0 +1,1 @@
+"""What the artifacts of a case say, for people and for programs."""

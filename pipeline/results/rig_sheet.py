@@ -1,0 +1,55 @@
+"""The sheet for the test rig: what to build around a part, and what it should do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import stages.rig
+from pipeline.exit_codes import Fault
+from pipeline.store import atomic, contents
+from pipeline.store.job import Job
+
+
+def write(job: Job) -> dict[str, Any]:
+    """Write the sheet of a job whose case says what it is printed of; returns what it says.
+
+    Raises:
+        OSError: if the folder or the disk does not take it.
+    """
+    case = job.case
+    assert case.rig.youngs_modulus is not None
+    scale, modulus = case.export.scale, case.rig.youngs_modulus
+    sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, _elongation(job))
+    atomic.write_bytes(job.files.rig, as_markdown(case.name, sheet, case.rig).encode())
+    return {key: None if value == math.inf else value for key, value in asdict(sheet).items()}
+
+
+def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings) -> str:
+    """The sheet as a table."""
+    plate = f"{spring.spring_thickness:g} mm thick, {spring.spring_width:g} mm wide, {spring.spring_modulus:g} N/mm²"
+    length = f"{sheet.spring_length:.1f} mm" if math.isfinite(sheet.spring_length) else "no spring"
+    travel = "not known" if sheet.spring_travel is None else f"{sheet.spring_travel:.2f} mm"
+    rows = [
+        ("size of the part over size of the domain", f"{sheet.scale:g}"),
+        ("initial Young's modulus of the print", f"{sheet.youngs_modulus:g} N/mm²"),
+        ("radius R", f"{sheet.radius:g} mm"),
+        ("length L", f"{sheet.length:g} mm"),
+        ("arm L_arm, from the glued face", f"{sheet.arm_length:g} mm"),
+        ("pressure p_in", f"{sheet.pressure:.3g} kPa"),
+        ("spring at the arm's end, whole actuator", f"{sheet.spring_stiffness:.4g} N/mm"),
+        (f"free length of a cantilever of {plate}", length),
+        ("predicted travel of the spring's end at p_in", travel),
+    ]
+    lines = [f"# {name}: rig", "", "| | |", "|---|---|", *(f"| {what} | {value} |" for what, value in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _elongation(job: Job) -> float | None:
+    """Elongation of the spring in the optimised case, mm; None where its artifact is not at hand."""
+    try:
+        found = contents.summary(job.artifact("optimize"), "optimize")
+    except Fault:
+        return None
+    return float(found["spring_elongation"])

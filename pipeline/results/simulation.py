@@ -1,0 +1,85 @@
+"""Pressure-displacement curves as their artifact holds them, for drawing, tables and reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from actuator.arrays import Floats
+from pipeline.case.model import Case, stored_case
+from pipeline.store import artifact, contents
+from pipeline.store import tables as table_file
+from stages.response import COLUMNS
+from stages.rig import scaled
+from stages.settings import ProblemSettings
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulation.
+
+    Attributes:
+        name: of the case.
+        pressure_in: p_in, N/mm².
+        curves: field -> column -> values along the path, (n_points,); see :data:`stages.response.COLUMNS`.
+        summary: of the stage.
+    """
+
+    name: str
+    pressure_in: float
+    curves: dict[str, dict[str, Floats]]
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class RigUnits:
+    """What turns a curve into that of a part on the test rig.
+
+    Attributes:
+        problem: the case as it was computed.
+        scale: R̄ / R.
+        youngs_modulus: Ē, N/mm².
+    """
+
+    problem: ProblemSettings
+    scale: float
+    youngs_modulus: float
+
+    def scaled(self, pressure: Floats, length: Floats) -> tuple[Floats, Floats]:
+        """Pressures in kPa and lengths in mm of the part; see :func:`stages.rig.scaled`."""
+        return scaled(pressure, length, self.problem, self.scale, self.youngs_modulus)
+
+
+def rig_units(case: Case) -> RigUnits | None:
+    """The rig's units of a case that says what it is printed of."""
+    modulus = case.rig.youngs_modulus
+    return None if modulus is None else RigUnits(case.optimize, case.export.scale, modulus)
+
+
+def read_simulation(path: Path) -> Simulation:
+    """Read the artifact of ``simulate``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    case = stored_case(artifact.read_header(path).case_resolved, path)
+    summary = contents.summary(path, "simulate")
+    curves = {name: artifact.read_group(path, "simulate", f"curves/{name}") for name in summary["fields"]}
+    return Simulation(case.name, summary["pressure_in"], curves, summary)
+
+
+def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
+    """All curves as one table with the units in its first line, and in the rig's units if they are given."""
+    heading = ["field", *(f"{name} [{contents.CURVE_UNITS.get(name, '1')}]" for name in COLUMNS)]
+    lengths = ("elongation", "T1", "T3")
+    if rig:
+        heading += ["rig_pressure [kPa]", *(f"rig_{name} [mm]" for name in lengths)]
+    rows: list[list[str]] = []
+    for field, curve in simulation.curves.items():
+        columns = [curve[name] for name in COLUMNS]
+        if rig:
+            pressure = rig.scaled(curve["pressure"], curve["T3"])[0]
+            columns += [pressure, *(rig.scaled(curve["pressure"], curve[name])[1] for name in lengths)]
+        rows += [[field, *(f"{value:.10g}" for value in row)] for row in zip(*columns, strict=True)]
+    return table_file.as_csv(heading, rows)

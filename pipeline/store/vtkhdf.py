@@ -1,0 +1,187 @@
+"""The ``/VTKHDF`` group, by which ParaView and other VTK readers find mesh and fields inside an artifact.
+
+VTKHDF 2.0, UnstructuredGrid with time steps:
+https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.store.atomic import replacing_hdf5
+
+if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, scikit-fem where a mesh is
+    import h5py
+
+    from actuator.domains.half_cylinder import HalfCylinder
+
+#: The grid of a file, and its series: the design updates of an optimisation.
+GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
+
+#: VTK's cell types (vtkCellType.h).
+TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
+CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
+
+# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as HalfCylinder is: its default
+# reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
+_SWAPPED_FACES = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A mesh of one cell type with fields on its points.
+
+    Attributes:
+        points: (n_points, 3), mm.
+        connectivity: nodes of one cell after the other in VTK's order, (n_cells * nodes per cell,).
+        cell_type: VTK's number.
+        fields: name -> (n_points,) or (n_points, 3).
+    """
+
+    points: NDArray[np.float64]
+    connectivity: NDArray[np.int64]
+    cell_type: int
+    fields: Mapping[str, NDArray[np.float64]]
+
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """Nodes of every cell, (n_cells, nodes per cell)."""
+        return self.connectivity.reshape(-1, CELL_NODES[self.cell_type])
+
+
+@dataclass(frozen=True)
+class GridPaths:
+    """Where the arrays of a :class:`Grid` lie inside an artifact.
+
+    Attributes:
+        times: one for each time step; a field with one value per point and step holds the steps one after the other,
+            a field with one value per point does not change.
+        n_points: how many of the points, the first ones, belong to the grid; all of them if None.
+        series: another grid that sidecars show instead of this one.
+        others: more grids of the same file by name, each with a group and a sidecar of its own.
+    """
+
+    points: str
+    connectivity: str
+    cell_type: int
+    fields: Mapping[str, str]
+    times: tuple[float, ...] = (0.0,)
+    n_points: int | None = None
+    series: GridPaths | None = None
+    others: Mapping[str, GridPaths] = field(default_factory=dict)
+
+
+@cache
+def vtk_order() -> NDArray[np.int64]:
+    """Where VTK's 20 nodes of a hexahedron, the 8 corners first, stand in scikit-fem's order."""
+    from skfem.io.meshio import HEX_MAPPING
+
+    return np.array(HEX_MAPPING[:20], dtype=np.int64)[_SWAPPED_FACES]
+
+
+def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A field of the vertices on the nodes of the 20-node cells: on an edge, the mean of its ends."""
+    return np.concatenate([vertex_field, vertex_field[domain.mesh.edges].mean(axis=0)])
+
+
+def write(file: h5py.File, grid: GridPaths) -> None:
+    """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
+    for name, other in grid.others.items():
+        _write(file, other, f"{name}/{GROUP}")
+    if grid.series:
+        _write(file, grid.series, SERIES)
+    _write(file, grid, GROUP)
+
+
+def _write(file: h5py.File, grid: GridPaths, name: str) -> None:
+    import h5py
+
+    group = file.create_group(name)
+    group.attrs["Version"] = np.array([2, 0], dtype=np.int64)
+    group.attrs.create("Type", np.bytes_(b"UnstructuredGrid"))
+    n_points = len(file[grid.points]) if grid.n_points is None else grid.n_points
+    n_ids = len(file[grid.connectivity])
+    n_cells = n_ids // CELL_NODES[grid.cell_type]
+    group["Points"] = h5py.SoftLink(grid.points)
+    group["Connectivity"] = h5py.SoftLink(grid.connectivity)
+    offsets = np.arange(n_cells + 1, dtype=np.int64) * CELL_NODES[grid.cell_type]
+    group.create_dataset("Offsets", data=offsets, compression="gzip")
+    group.create_dataset("Types", data=np.full(n_cells, grid.cell_type, dtype=np.uint8), compression="gzip")
+    for name, count in (("Points", n_points), ("Cells", n_cells), ("ConnectivityIds", n_ids)):
+        group[f"NumberOf{name}"] = np.array([count], dtype=np.int64)
+    fields = group.create_group("PointData")
+    for name, path in grid.fields.items():
+        fields[name] = h5py.SoftLink(path)
+    changing = {name: len(file[path]) > n_points for name, path in grid.fields.items()}
+    _steps(group, grid.times, n_points, changing)
+
+
+def _steps(group: h5py.Group, times: tuple[float, ...], n_points: int, changing: Mapping[str, bool]) -> None:
+    """The time steps, with every offset the format knows; the mesh is the same in all of them."""
+    count = len(times)
+    steps = group.create_group("Steps")
+    steps.attrs["NSteps"] = np.int64(count)
+    steps["Values"] = np.array(times, dtype=np.float64)
+    steps["NumberOfParts"] = np.ones(count, dtype=np.int64)
+    for name in ("PartOffsets", "PointOffsets"):
+        steps[name] = np.zeros(count, dtype=np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):  # one column per topology
+        steps[name] = np.zeros((count, 1), dtype=np.int64)
+    offsets = steps.create_group("PointDataOffsets")
+    for name, changes in changing.items():
+        offsets[name] = np.arange(count, dtype=np.int64) * (n_points if changes else 0)
+
+
+def read(file: h5py.File) -> Grid:
+    """The grid of a file, with the arrays themselves; of several time steps the last."""
+    group = file[GROUP]
+    n_points = len(group["Points"])
+    return Grid(
+        points=group["Points"][()],
+        connectivity=group["Connectivity"][()],
+        cell_type=int(group["Types"][0]),
+        fields={name: dataset[-n_points:] for name, dataset in group["PointData"].items()},
+    )
+
+
+def grids(artifact: Path) -> list[str]:
+    """Names of the grids in an artifact, the first one's empty; none if there is nothing that ParaView could show."""
+    import h5py
+
+    with h5py.File(artifact, "r") as file:
+        own = [""] if GROUP in file else []
+        beside = (name for name in file if f"{name}/{GROUP}" in file and f"{name}/{GROUP}" != SERIES)
+        return [*own, *beside]
+
+
+def write_sidecar(artifact: Path, other: str = "") -> Path:
+    """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
+
+    ParaView gives the ending ``.h5`` to another reader. The file shows the series if the artifact has one.
+
+    Args:
+        other: name of one of the file's other grids, which becomes part of the sidecar's name.
+
+    Raises:
+        OSError: if the folder or the disk does not take the file.
+    """
+    import h5py
+
+    path = sidecar(artifact, other)
+    with h5py.File(artifact, "r") as written:
+        shown = f"{other}/{GROUP}" if other else SERIES if SERIES in written else GROUP
+    with replacing_hdf5(path) as file:
+        file[GROUP] = h5py.ExternalLink(artifact.name, f"/{shown}")
+    return path
+
+
+def sidecar(artifact: Path, other: str = "") -> Path:
+    """The file that ParaView opens for an artifact, or for one of its other grids."""
+    return artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")

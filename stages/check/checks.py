@@ -1,0 +1,117 @@
+"""Making the checks: what is measured, and in which order."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from actuator.arrays import Floats, Ints
+from actuator.failure import EmptySolid, GridTooLarge, InvalidField
+from stages.check import findings
+from stages.check.findings import Check, Finding
+from stages.check.settings import Settings
+
+if TYPE_CHECKING:
+    from actuator.geometry.bodies import Shell
+    from actuator.geometry.zero_set import Surface
+
+
+@dataclass(frozen=True)
+class Result:
+    """What was found.
+
+    Attributes:
+        findings: one for each check, in the order of :class:`stages.check.findings.Check`.
+        triangles: number of triangles after merging.
+        size: of the bounding box, (3,), mm.
+    """
+
+    findings: tuple[Finding, ...]
+    triangles: int
+    size: tuple[float, float, float]
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Names of the checks that the part fails."""
+        return tuple(finding.name.value for finding in self.findings if finding.verdict == "fail")
+
+    @property
+    def passed(self) -> bool:
+        """Whether no check failed; warnings are no failures."""
+        return not self.failed
+
+    @property
+    def summary(self) -> str:
+        """How many findings of each kind there are."""
+        count = Counter(finding.verdict for finding in self.findings)
+        return ", ".join(f"{count[verdict]} {verdict}" for verdict in ("pass", "warn", "fail", "not applicable"))
+
+
+def run(vertices: Floats, triangles: Ints, settings: Settings) -> Result:
+    """Make every check that the triangles allow.
+
+    Args:
+        vertices: (n, 3), mm; equal ones need not be merged.
+        triangles: (m, 3), counter-clockwise seen from outside.
+        settings: direction and thresholds.
+
+    Raises:
+        actuator.failure.InvalidField: if a coordinate is not finite.
+        actuator.failure.EmptySolid: if there is no triangle with an area.
+    """
+    from actuator.geometry.bodies import shells  # scipy and manifold3d: only where it runs
+    from actuator.geometry.flaws import flaws
+    from actuator.geometry.solid import rounded
+
+    if not np.isfinite(vertices).all():
+        raise InvalidField("The part has coordinates that are not finite; export it again.")
+    surface = rounded(vertices, triangles)
+    if not len(surface.triangles):
+        raise EmptySolid("The part has no triangle with an area; export it again.")
+    parts = shells(surface)
+    closed = findings.closed_surface(flaws(surface), len(surface.triangles), sum(shell.volume for shell in parts))
+    if closed.verdict == "pass":
+        others = _of_the_solid(surface, parts, settings)
+    else:
+        reason = "The triangles bound no solid."
+        others = [findings.not_applicable(check, reason) for check in Check if check is not Check.CLOSED]
+    x, y, z = np.ptp(surface.vertices, axis=0).tolist()
+    return Result((closed, *others), len(surface.triangles), (x, y, z))
+
+
+def _of_the_solid(surface: Surface, parts: list[Shell], settings: Settings) -> list[Finding]:
+    """The checks of a closed surface, in order."""
+    from actuator.geometry.printing.chamber import leak, sealing
+    from actuator.geometry.printing.cups import cups
+    from actuator.geometry.printing.drains import pockets
+    from actuator.geometry.printing.overhangs import overhangs
+    from actuator.geometry.printing.rays import spread
+    from actuator.geometry.printing.thickness import thickness
+    from actuator.geometry.printing.voxels import voxelised
+
+    grid = None
+    try:
+        grid = voxelised(surface, settings.pitch)
+        held = cups(grid, settings.direction, on_platform=settings.on_platform)
+        on_grid = [
+            findings.cups(held, settings),
+            findings.drain_holes(pockets(grid, settings.drain), settings),
+        ]
+    except GridTooLarge as error:
+        on_grid = [findings.not_applicable(check, str(error)) for check in (Check.CUPS, Check.DRAINS)]
+    points = spread(surface, settings.points)
+    return [
+        findings.one_body([shell for shell in parts if shell.volume > 0.0]),
+        findings.closed_cavities([shell for shell in parts if shell.volume < 0.0], settings),
+        *on_grid,
+        findings.walls(thickness(surface, points, "wall", settings.wall), settings),
+        findings.gaps(thickness(surface, points, "gap", settings.gap), settings),
+        findings.overhangs(overhangs(surface, settings.direction, settings.angle), settings),
+        findings.volume_and_mass(sum(shell.volume for shell in parts), settings),
+        findings.air_chamber(
+            sealing(surface, settings.axis, settings.glue), lambda: leak(grid, settings.axis) if grid else None
+        ),
+    ]

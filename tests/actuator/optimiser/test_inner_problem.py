@@ -1,0 +1,136 @@
+"""The inner problem: the step that minimises model plus step term, without any mechanical factorisation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from small_case import metric_of, small_objective, start_of
+
+from actuator.optimiser.inner import InnerProblem, Trust, _Landing
+from actuator.optimiser.metric import Metric
+from actuator.optimiser.model import Model, ModelPoint
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.sensitivity import Sensitivity
+
+STEPS = [0.1, 0.3, 1.0, 3.0]
+PLENTY = 400
+
+
+@pytest.fixture(scope="module")
+def objective() -> ReducedObjective:
+    return small_objective()
+
+
+@pytest.fixture(scope="module")
+def metric(objective: ReducedObjective) -> Metric:
+    return metric_of(objective)
+
+
+@pytest.fixture(scope="module")
+def start(objective: ReducedObjective) -> tuple[Evaluation, Gradient]:
+    at = objective.evaluate(start_of(objective.domain))
+    return at, objective.gradient(at)
+
+
+@pytest.fixture
+def model(objective: ReducedObjective, start: tuple[Evaluation, Gradient]) -> Model:
+    """Around the initial design, whose passive core is violated."""
+    objective.equilibrium.refresh()
+    return Model(objective, Sensitivity(objective.equilibrium), *start)
+
+
+@pytest.fixture
+def inner(objective: ReducedObjective, metric: Metric) -> InnerProblem:
+    return InnerProblem(objective, metric)
+
+
+def step_term(metric: Metric, point: ModelPoint, dt: float) -> float:
+    return metric.norm(point.delta) ** 2 / (2.0 * dt**2)
+
+
+@pytest.mark.parametrize("dt", STEPS)
+def test_solution_is_nearly_stationary(inner: InnerProblem, model: Model, metric: Metric, dt: float) -> None:
+    """As far as the model holds: where a step is so long that its displacements drift, it ends before."""
+    first = metric.dual_norm(model.gradient(model.start()))
+    step = inner.solve(model, dt, PLENTY)
+    left = metric.dual_norm(model.gradient(step.point) + metric @ step.point.delta / dt**2)
+    assert left < 1e-3 * first
+
+
+@pytest.mark.parametrize("dt", [*STEPS, 100.0, 1000.0, 1e4])
+@pytest.mark.parametrize("products", [1, 5, 60])
+def test_step_says_what_it_does(
+    inner: InnerProblem, model: Model, metric: Metric, dt: float, products: int, objective: ReducedObjective
+) -> None:
+    before = objective.equilibrium.work.products
+    step = inner.solve(model, dt, products)
+    assert step.products == objective.equilibrium.work.products - before <= products
+    assert step.start.value == model.start().value
+    values = [step.start.value, *(point.value + step_term(metric, point, dt) for point in step.trail)]
+    assert len(values) > 1
+    assert (np.diff(values) < 0.0).all()
+    assert step.change(step.point) == step.point.value - step.start.value
+
+
+def test_smaller_time_step_gives_a_smaller_step(inner: InnerProblem, model: Model, metric: Metric) -> None:
+    steps = [inner.solve(model, dt, PLENTY) for dt in STEPS]
+    assert (np.diff([metric.norm(step.point.delta) for step in steps]) > 0.0).all()
+    assert (np.diff([step.change(step.point) for step in steps]) < 0.0).all()
+
+
+def test_more_products_find_a_lower_point(inner: InnerProblem, model: Model, metric: Metric) -> None:
+    totals = []
+    for products in (1, 60):
+        point = inner.solve(model, 300.0, products).point
+        totals.append(point.value + step_term(metric, point, 300.0))
+    assert totals[1] < totals[0]
+
+
+def test_short_step_is_steepest_descent_in_the_metric(inner: InnerProblem, model: Model, metric: Metric) -> None:
+    dt = 1e-6
+    step = inner.solve(model, dt, PLENTY)
+    expected = -(dt**2) * metric.solve(model.gradient(model.start()))
+    assert np.abs(step.point.delta - expected).max() < 1e-2 * np.abs(expected).max()
+
+
+def test_violated_passive_core_is_what_a_step_mends(
+    inner: InnerProblem, model: Model, start: tuple[Evaluation, Gradient]
+) -> None:
+    at, _ = start
+    assert at.terms["C_chi"] > 1e4
+    step = inner.solve(model, 100.0, 60)
+    mended = at.terms["C_chi"] - step.point.design.passive
+    assert mended > 0.3 * at.terms["C_chi"]
+    assert step.change(step.point) == pytest.approx(-mended, rel=1e-3)
+
+
+def test_displacements_of_the_solution_are_corrected(
+    inner: InnerProblem, model: Model, objective: ReducedObjective
+) -> None:
+    """They are closer to the true state than the linear prediction."""
+    point = inner.solve(model, 10.0, 30).point
+    predicted = model(point.delta, model._sensitivity @ point.delta)
+    assert predicted is not None
+    assert np.linalg.norm(point.force) < 0.1 * np.linalg.norm(predicted.force)
+
+
+def test_no_state_is_solved_for(inner: InnerProblem, objective: ReducedObjective, model: Model) -> None:
+    work = objective.equilibrium.work
+    before = work.states, work.factorisations, work.krylov
+    inner.solve(model, 10.0, 60)
+    assert (work.states, work.factorisations, work.krylov) == before
+    assert work.darcy_factorisations > 0
+
+
+def test_trust_falls_even_where_the_displacements_drift(
+    inner: InnerProblem, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A step of which little could be taken ends the inner problem; the next must not promise the same again."""
+    whole = inner.solve(model, 1e4, 60)
+    point = whole.trail[0]
+    landing = _Landing(point, length=0.06, quality=0.05, drifted=True)
+    monkeypatch.setattr(InnerProblem, "_land", lambda *_: landing)
+    step = inner.solve(model, 1e4, 60, trust=Trust(damping=1e-2, reach=0.5))
+    assert step.trail == (point,)
+    assert step.trust.damping > 1e-2
+    assert step.trust.reach < 0.1 * 0.5

@@ -1,0 +1,176 @@
+"""The subproblem of a Newton step: stationary where it says, exact walls, low rank as if it were dense."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from physics import Floats, parameters
+from scipy.optimize import minimize
+from small_case import metric_of, small_objective, start_of
+
+from actuator.optimiser.curvature import Curvature
+from actuator.optimiser.metric import Metric
+from actuator.optimiser.subproblem import Proposal, Subproblem
+from actuator.solve.reduced import ReducedObjective
+from actuator.terms.design_terms import DesignObjective
+
+FAR = 1e3
+
+
+@dataclass(frozen=True)
+class Problem:
+    objective: ReducedObjective
+    norm: Metric
+    chi: Floats
+    linear: Floats
+    curvature: Curvature
+    quadratic: Floats
+
+    def solve(self, reach: float = FAR) -> Proposal | None:
+        subproblem = Subproblem(self.objective.design, self.objective.equilibrium.design_solver, self.norm)
+        value = self.objective.design.value(self.chi)
+        return subproblem.solve(self.chi, value, self.linear, self.curvature, self.quadratic, reach)
+
+    def matrix(self) -> Floats:
+        """B + Q, dense."""
+        upper = self.objective.design.gather.matrix(self.quadratic).toarray()
+        columns = self.curvature.columns
+        low_rank = columns * self.curvature.signs @ columns.T
+        base = self.curvature.scale * self.norm.matrix.toarray() + np.diag(self.curvature.diagonal)
+        return np.asarray(upper + np.triu(upper, 1).T + base + low_rank)
+
+    def value(self, s: Floats) -> float:
+        return float(
+            self.linear @ s
+            + 0.5 * s @ (self.matrix() @ s)
+            + self.objective.design(self.chi + s).value
+            - self.objective.design(self.chi).value
+        )
+
+    def gradient(self, s: Floats) -> Floats:
+        return self.linear + self.matrix() @ s + self.objective.design(self.chi + s).gradient
+
+
+def problem(*, inside: bool, pairs: int) -> Problem:
+    """From the initial design, or from one well inside all walls; ``pairs`` of curvature learnt."""
+    objective = small_objective()
+    norm = metric_of(objective)
+    rng = np.random.default_rng(7)
+    chi = start_of(objective.domain)
+    if inside:
+        chi = 0.05 * chi - 20.0
+    curvature = Curvature(norm, 1e-2 / norm.volume)
+    curvature.rebase(1e-4 * rng.random(norm.size))
+    for _ in range(pairs):
+        s = rng.standard_normal(norm.size)
+        curvature.learn(s, 30.0 * (norm @ s) / norm.volume)
+    linear = 1e-2 * norm.matrix @ np.cos(objective.domain.points @ [0.2, 0.1, -0.3]) / norm.volume
+    return Problem(objective, norm, chi, linear, curvature, 1e-3 * norm.upper)
+
+
+@pytest.mark.parametrize("pairs", [0, 3, 12])
+@pytest.mark.parametrize("inside", [True, False])
+def test_proposal_is_stationary_and_says_what_it_gains(inside: bool, pairs: int) -> None:
+    given = problem(inside=inside, pairs=pairs)
+    proposal = given.solve()
+    assert proposal is not None
+    assert proposal.change == pytest.approx(given.value(proposal.step), rel=1e-6)
+    assert proposal.change < 0.0
+    first, left = (given.norm.dual_norm(given.gradient(s)) for s in (0.0 * proposal.step, proposal.step))
+    assert left < 0.1 * first
+    assert proposal.value == given.objective.design.value(given.chi + proposal.step)
+
+
+@pytest.mark.parametrize("pairs", [0, 5])
+def test_far_from_all_walls_it_is_a_linear_system(pairs: int) -> None:
+    given = problem(inside=True, pairs=pairs)
+    proposal = given.solve()
+    assert proposal is not None
+    assert given.objective.design(given.chi).passive == given.objective.design(given.chi).slope == 0.0
+    exact = np.linalg.solve(given.matrix(), -given.linear)
+    # The search ends with a part of the barrier left; of the gain that costs the square.
+    assert np.abs(proposal.step - exact).max() < 1e-2 * np.abs(exact).max()
+    assert proposal.change == pytest.approx(0.5 * float(given.linear @ exact), rel=1e-3)
+
+
+def test_violated_wall_is_left() -> None:
+    given = problem(inside=False, pairs=4)
+    before = given.objective.design(given.chi)
+    proposal = given.solve()
+    assert proposal is not None
+    assert before.passive > 1e4
+    assert given.objective.design(given.chi + proposal.step).passive < 0.1 * before.passive
+
+
+@pytest.mark.parametrize("share", [0.5, 0.05])
+def test_search_stays_within_its_reach(share: float) -> None:
+    given = problem(inside=True, pairs=2)
+    free = given.solve()
+    assert free is not None
+    reach = share * float(np.abs(free.step).max())
+    held = given.solve(reach=reach)
+    assert held is not None
+    assert 0.9 * reach < np.abs(held.step).max() <= reach
+    assert free.change < held.change < 0.5 * share * free.change, "a shorter step along the same way does as well"
+
+
+def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> None:
+    """Designs that touch C_χ everywhere: Newton's method with the wall where it stands moves a thousandth as far."""
+    given = problem(inside=False, pairs=4)
+    design = given.objective.design
+    first = given.solve()
+    assert first is not None
+    chi = given.chi + first.step
+    touching = replace(given, chi=chi, linear=given.linear - design(chi, passive=False).gradient)
+    proposal = touching.solve()
+    assert proposal is not None
+    found = minimize(
+        lambda s: (touching.value(s), touching.gradient(s)),
+        proposal.step,
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": 400, "maxfun": 1000},
+    )
+    assert np.abs(design.room(chi + proposal.step)).min() < 1e-3, "the bound must hold somewhere"
+    assert proposal.change < 0.9 * float(found.fun)
+
+
+@pytest.mark.parametrize("pull", [1e-4, 1e-3])
+def test_design_that_leans_on_the_passive_region_is_in_balance(pull: float) -> None:
+    """C_χ is so steep that 1e-8 short of its bound nothing holds a design; the solution leans into it."""
+    given = problem(inside=False, pairs=4)
+    design = given.objective.design
+    first = given.solve()
+    assert first is not None
+    chi = given.chi + first.step
+    outwards = -pull * design.from_points(np.ones_like(design.volumes))
+    given = replace(given, chi=chi, linear=outwards - design(chi, passive=False).gradient)
+    proposal = given.solve()
+    assert proposal is not None
+    over = -design.room(given.chi + proposal.step)
+    leaning = (over > 0.0) & (over < 1e-3)
+    assert leaning.sum() > 10
+    push = design.from_points(design.passive_weight * np.maximum(over, 0.0))
+    left = given.norm.dual_norm(given.gradient(proposal.step))
+    assert left < 1e-6 * given.norm.dual_norm(push), "the wall's force must be that of the design's own"
+
+
+def test_no_bound_without_a_weight() -> None:
+    given = problem(inside=True, pairs=3)
+    *_, objective = parameters(passive_weight=0.0)
+    free = DesignObjective(given.objective.discretisation, objective, given.objective.design.gather)
+    subproblem = Subproblem(free, given.objective.equilibrium.design_solver, given.norm)
+    proposal = subproblem.solve(given.chi, free.value(given.chi), given.linear, given.curvature, given.quadratic, FAR)
+    bounded = given.solve()
+    assert proposal is not None
+    assert bounded is not None
+    assert proposal.change == pytest.approx(bounded.change, rel=1e-3)
+
+
+def test_no_step_where_nothing_is_to_be_gained() -> None:
+    given = problem(inside=True, pairs=2)
+    balanced = -given.objective.design(given.chi).gradient
+    proposal = replace(given, linear=balanced).solve()
+    assert proposal is None or proposal.change > -1e-12

@@ -1,0 +1,192 @@
+"""`poro compare` as it is called: reports, figures and tables from a file, and a sentence where that cannot be."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Poro
+from PIL import Image
+from synthetic import EXAMPLE, EXAMPLE_TRUTH, Truth, recording
+
+from pipeline.exit_codes import ExitCode
+from pipeline.store import artifact, contents
+from pipeline.store.artifact import Dataset
+from stages.rig import scaled
+from stages.settings import ProblemSettings
+
+#: What the tiny case is scaled to.
+PART = ("--scale", "1.5", "--youngs", "1.0")
+#: At target: N/mm² and mm of the computed case that become 20 kPa and 23 mm.
+PRESSURE_IN, ELONGATION = 0.02 * 2.736, 23.0 / 1.5
+FIELDS = ("density", "thresholded")
+SUMMARY = contents.summarised({"pressure_in": PRESSURE_IN, "fields": {name: {} for name in FIELDS}})
+
+
+@pytest.fixture
+def simulated(folder: Path) -> Path:
+    """The finished tiny case with a simulation beside it: x^1.5 up to p_in and a quarter beyond, and back."""
+    load = np.concatenate([np.linspace(0.0, 1.25, 26), np.linspace(1.2, 0.0, 25)])
+    columns = {
+        "pressure": PRESSURE_IN * load,
+        "load_factor": load,
+        "elongation": ELONGATION * load**1.5,
+        "loading": (np.arange(len(load)) < 26).astype(float),
+    }
+    datasets = {
+        f"curves/{field}/{name}": Dataset(
+            values * (0.9 if (field, name) == ("thresholded", "elongation") else 1.0), "", ""
+        )
+        for field in FIELDS
+        for name, values in columns.items()
+    }
+    design = artifact.read_header(folder / "tiny.h5")
+    header = replace(design, stage="simulate", identity="this simulation", upstream_identity=design.identity)
+    artifact.write(folder / "tiny.simulation.h5", header, datasets | SUMMARY)
+    return folder
+
+
+@pytest.fixture
+def measured(tmp_path: Path) -> Path:
+    """A synthetic test without noise: 22 mm at 20 kPa."""
+    return written(Truth(loop=1.0), tmp_path / "measured.csv")
+
+
+def written(truth: Truth, path: Path) -> Path:
+    made = recording(truth)
+    assert made.time is not None
+    rows = zip(made.time.tolist(), made.pressure.tolist(), made.displacement.tolist(), strict=True)
+    lines = ["# SYNTHETIC", "time [s],pressure [kPa],displacement [mm]", *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_scaled_is_the_rig_s_scaling() -> None:
+    kilopascals, millimetres = scaled(np.array([PRESSURE_IN]), np.array([ELONGATION]), ProblemSettings(), 1.5, 1.0)
+    np.testing.assert_allclose(kilopascals, [20.0])
+    np.testing.assert_allclose(millimetres, [23.0])
+
+
+def test_report_figure_and_table(simulated: Path, measured: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.h5", measured, *PART)
+    assert ended.code == 0, ended.err
+    assert "3 cycles compared" in ended.out
+    assert "measured 22.00" in ended.out
+    assert "predicted 23.00 mm: -1.00 mm (-4.3 %)" in ended.out
+    assert "SYNTHETIC" in ended.out
+    report = json.loads((simulated / "tiny.compare.json").read_text(encoding="utf-8"))
+    assert report["comments"] == ["SYNTHETIC"]
+    assert report["prediction"]["curve"]
+    assert report["target"]["pressure_kPa"] == pytest.approx(20.0)
+    assert report["target"]["deviation_mm"] == pytest.approx(-1.0, abs=0.01)
+    assert report["hysteresis"]["area"] == pytest.approx(Truth(loop=1.0).area, rel=0.01)
+    assert report["stiffness"]["factor"] > 0.0
+    assert report["notes"] == []
+    with (simulated / "tiny.compare.csv").open(newline="") as file:
+        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    assert len(rows) == 101
+    for row in rows:
+        assert row["loading_mm"] == pytest.approx(1.1 * row["pressure_kPa"], abs=0.02)
+        assert row["deviation_mm"] == pytest.approx(row["loading_mm"] - row["predicted_mm"], abs=1e-4)
+    with Image.open(simulated / "tiny.compare.png") as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert tuple(pixels[0, 0]) == (255, 255, 255)
+    blue, orange, black = (
+        np.abs(pixels - colour).max(axis=2) < 30 for colour in ((31, 78, 121), (197, 90, 17), (0, 0, 0))
+    )
+    assert min(blue.sum(), orange.sum(), black.sum()) > 300
+
+
+def test_json_is_the_report_and_svg_is_vectors(simulated: Path, measured: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.yaml", measured, *PART, "--output", simulated, "--json", "--format", "svg")
+    assert ended.code == 0, ended.err
+    report = json.loads(ended.out)
+    assert report == json.loads((simulated / "tiny.compare.json").read_text(encoding="utf-8"))
+    assert all(Path(file).is_file() for file in report["files"])
+    drawn = (simulated / "tiny.compare.svg").read_text()
+    assert drawn.count("<path") > 10
+    assert len(drawn) < 2_000_000
+
+
+def test_field_target_and_other_options(simulated: Path, measured: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.h5", measured, *PART, "--field", "thresholded", "--target", 10, "--json")
+    assert ended.code == 0, ended.err
+    target = json.loads(ended.out)["target"]
+    assert target["measured_mm"] == pytest.approx(11.0, abs=0.01)
+    assert target["predicted_mm"] == pytest.approx(0.9 * 23.0 * 0.5**1.5, abs=0.01)
+    stiffer = json.loads(poro("compare", "tiny.h5", measured, "--scale", 3, "--youngs", "0.5", "--json").out)
+    assert stiffer["target"]["pressure_kPa"] == pytest.approx(10.0)
+    assert stiffer["target"]["predicted_mm"] == pytest.approx(46.0, abs=0.01)
+    options = ("--zero", "none", "--sensor", "falls", "--smoothing", "0.05", "--lag", "0.1")
+    ended = poro("compare", "tiny.h5", measured, *PART, *options, "--json")
+    found = json.loads(ended.out)
+    assert found["target"]["measured_mm"] < -20.0
+    assert found["alignment"]["rows"] == 0
+    assert found["settings"] == {"target": None, "zero": "none", "sensor": "falls", "smoothing": 0.05, "lag": 0.1}
+
+
+def test_without_a_simulation_the_single_point_is_compared(folder: Path, measured: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.h5", measured, *PART)
+    assert ended.code == 0, ended.err
+    assert "the prediction is the single point of tiny.h5 and the origin, not a curve" in ended.out
+    assert "`poro simulate tiny.h5` gives one" in ended.out
+    report = json.loads((folder / "tiny.compare.json").read_text(encoding="utf-8"))
+    elongation = contents.summary(folder / "tiny.h5", "optimize")["spring_elongation"]
+    assert report["target"]["predicted_mm"] == pytest.approx(1.5 * elongation)
+    assert (report["overall"], report["stiffness"], report["linearity"]["predicted"]) == (None, None, None)
+    with (folder / "tiny.compare.csv").open(newline="") as file:
+        assert {row["predicted_mm"] for row in csv.DictReader(file)} == {""}
+
+
+def test_simulation_of_an_older_design_is_told(simulated: Path, measured: Path, poro: Poro) -> None:
+    path = simulated / "tiny.simulation.h5"
+    curves = {field: artifact.read_group(path, "simulate", f"curves/{field}") for field in FIELDS}
+    datasets = {f"curves/{f}/{name}": Dataset(values, "", "") for f, c in curves.items() for name, values in c.items()}
+    artifact.write(path, replace(artifact.read_header(path), upstream_identity="another"), datasets | SUMMARY)
+    ended = poro("compare", "tiny.h5", measured, *PART)
+    assert ended.code == 0
+    assert "tiny.simulation.h5 was not made from this tiny.h5; run `poro simulate` again" in ended.out
+
+
+def test_example_of_the_documents(simulated: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.h5", EXAMPLE, *PART, "--json")
+    assert ended.code == 0, ended.err
+    found = json.loads(ended.out)
+    assert found["cycles"] == 3
+    assert found["alignment"]["turned"]
+    assert found["target"]["measured_mm"] == pytest.approx(EXAMPLE_TRUTH.loading(np.array([20.0]))[0], abs=0.05)
+    assert found["hysteresis"]["area"] == pytest.approx(EXAMPLE_TRUTH.area, abs=0.2)
+    assert found["linearity"]["measured"]["largest"] == pytest.approx(EXAMPLE_TRUTH.off_line, abs=0.3)
+
+
+def test_what_is_wrong_is_said_and_nothing_is_written(simulated: Path, measured: Path, poro: Poro) -> None:
+    before = sorted(simulated.iterdir())
+    wrong: list[tuple[ExitCode, str, tuple[object, ...]]] = [
+        (ExitCode.USAGE, "--youngs, or as youngs_modulus below 'rig:'", ("tiny.h5", measured)),
+        (ExitCode.ARTIFACT, "no.csv: there is no such file", ("tiny.h5", "no.csv", *PART)),
+        (ExitCode.ARTIFACT, "nothing.h5: there is no such file", ("nothing.h5", measured, *PART)),
+        (ExitCode.USAGE, "--target: must be greater than 0, not -1.0", ("tiny.h5", measured, *PART, "--target", -1)),
+        (ExitCode.USAGE, "--smoothing: must be less than", ("tiny.h5", measured, *PART, "--smoothing", 1)),
+        (ExitCode.USAGE, "--scale: must be greater than 0", ("tiny.h5", measured, "--scale", 0, "--youngs", 1)),
+        (ExitCode.USAGE, "--pressure-sensitivity goes with", ("tiny.h5", measured, *PART, "--pressure-sensitivity", 2)),
+        (ExitCode.ARTIFACT, "is never reached, the highest is 25 kPa", ("tiny.h5", measured, *PART, "--target", 26)),
+    ]
+    for code, sentence, arguments in wrong:
+        ended = poro("compare", *arguments)
+        assert ended.code == code, ended.err
+        assert sentence in ended.err
+        assert ended.out == ""
+        assert ended.err.count("\n") == 1
+    assert sorted(simulated.iterdir()) == before
+    (simulated / "tiny.simulation.h5").unlink()
+    ended = poro("compare", "tiny.h5", measured, *PART, "--field", "thresholded")
+    assert ended.code == ExitCode.USAGE
+    assert "make it with `poro simulate tiny.h5`" in ended.err
+    (simulated / "tiny.simulation.h5").write_text("no artifact")
+    ended = poro("compare", "tiny.h5", measured, *PART)
+    assert ended.code == ExitCode.ARTIFACT
+    assert "tiny.simulation.h5: this is no HDF5 file" in ended.err

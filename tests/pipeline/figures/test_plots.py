@@ -1,0 +1,149 @@
+"""Figures of a design by the command line: files that show something, and a sentence where there is nothing to show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Poro, edited
+from matplotlib.contour import ContourSet
+from PIL import Image
+
+from actuator.domains.initial_design import initial_design
+from pipeline.figures import plots
+from pipeline.figures.arm import arm_figure
+from pipeline.figures.initial import initial_figure
+from pipeline.results.design import read_design
+from pipeline.results.shape import fields_at
+
+
+def drawn(path: Path) -> float:
+    """Share of the pixels that are not paper."""
+    assert 2_000 < path.stat().st_size < 300_000
+    with Image.open(path) as image:
+        pixels = np.asarray(image.convert("RGB"))
+    return float((pixels < 235).any(axis=2).mean())
+
+
+def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
+    ended = poro("plot", folder / "tiny.h5")
+    assert ended.code == 0, ended.err
+    files = [folder / f"tiny-{kind}.png" for kind in ("initial", "history", "section", "arm", "views")]
+    assert ended.out.split() == [str(file) for file in (folder / "tiny-history.csv", *files)]
+    assert [0.01 < drawn(file) < 0.9 for file in files] == [True] * 5
+
+
+def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
+    assert poro("plot", folder / "tiny.h5").code == 0
+    heading, *rows = (folder / "tiny-history.csv").read_text().splitlines()
+    assert heading.startswith("update [1],evaluations [1],C [1],C0 [1],")
+    assert heading.endswith("seconds_inner [s],seconds [s]")
+    history = read_design(folder / "tiny.h5").history
+    names = [cell.split()[0] for cell in heading.split(",")]
+    assert sorted(names) == sorted(history)
+    for values, name in zip(zip(*(row.split(",") for row in rows), strict=True), names, strict=True):
+        np.testing.assert_allclose(np.array(values, dtype=float), history[name], rtol=1e-9)
+
+
+def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    ended = poro("plot", folder / "tiny.yaml", "--output", folder, "--format", "svg")
+    assert ended.code == 0, ended.err
+    for kind in ("initial", "history", "section", "arm"):
+        vectors = folder / f"tiny-{kind}.svg"
+        assert vectors.read_text().count("<path") > 10
+        assert vectors.stat().st_size < 400_000  # shaded solids and fields are pixels
+
+
+def test_same_design_gives_the_same_bytes(folder: Path) -> None:
+    design = read_design(folder / "tiny.h5")
+    one, other = (plots.draw(design, "history", "svg") for _ in range(2))
+    assert one == other
+
+
+def test_section_shows_the_solid_where_it_is_and_where_it_moves(folder: Path) -> None:
+    design = read_design(folder / "tiny.h5")
+    figure = plots.section(design)
+    before, after = figure.axes[:2]
+    radius, length = design.domain.radius, design.domain.length
+    low, high = before.dataLim.min, before.dataLim.max
+    np.testing.assert_allclose([*low, *high], [0.0, -radius, length, radius], atol=1e-12)
+    tip = design.domain.points[:, 0] == length
+    moved = (design.domain.points + design.displacement)[tip & (design.domain.points[:, 1] == 0.0)]
+    assert after.dataLim.max[0] >= moved[:, 0].max() - 1e-9
+
+
+def test_arm_ends_where_the_state_says(folder: Path) -> None:
+    design = read_design(folder / "tiny.h5")
+    (axes,) = arm_figure(design).axes
+    (joint,) = [line for line in axes.lines if line.get_marker() == "o"]
+    t1, _, theta = design.arm
+    _, load, _ = design.case.optimize.parameters()
+    along = design.domain.length + t1 + load.arm_length * np.cos(theta)
+    assert joint.get_xydata().tolist() == [[pytest.approx(along), pytest.approx(-design.summary["spring_elongation"])]]
+    assert f"θ2 = {np.degrees(theta):.2f}°" in {text.get_text() for text in axes.texts}
+
+
+def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
+    """A displacement that is linear in X is linear on the shape, but for the sagitta of the coarse wall."""
+    design = read_design(folder / "tiny.h5")
+    rate = np.array([[0.1, 0.0, 0.2], [0.0, -0.1, 0.0], [0.3, 0.0, 0.1]])
+    moved = replace(design, displacement=design.domain.points @ rate.T)
+    vertices = design.shape.vertices
+    _, found = fields_at(moved, vertices)
+    wrong = np.linalg.norm(found - vertices @ rate.T, axis=1)
+    sagitta = design.domain.radius * (1.0 - np.cos(0.5 * np.pi / (4 * design.domain.core_cells)))
+    assert wrong.max() < np.linalg.norm(rate, 2) * sagitta
+
+
+def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) -> None:
+    design = read_design(folder / "tiny.h5")
+    across = initial_figure(design).axes[1]
+    (outline,) = [each for each in across.collections if isinstance(each, ContourSet)]
+    points = np.concatenate([path.vertices for path in outline.get_paths()])
+    places = np.column_stack([np.zeros(len(points)), points])
+    chi = initial_design(places, design.domain.radius, design.case.objective.interface_width)
+    assert len(points) > 100
+    assert np.abs(chi).max() < 0.01
+
+
+def test_simulation_is_drawn_where_there_is_one(
+    poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch, simulation: Path
+) -> None:
+    monkeypatch.setattr(plots, "FIGURES", {})
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    ended = poro("plot", folder / "tiny.h5", "--format", "svg")
+    assert ended.code == 0, ended.err
+    assert str(folder / "tiny-pressure.svg") in ended.out
+    assert "<path" in (folder / "tiny-pressure.svg").read_text()
+
+
+def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with edited(folder / "tiny.h5") as file:
+        file["vertices/chi"][...] = -1.0
+    monkeypatch.setattr(plots, "FIGURES", {kind: plots.FIGURES[kind] for kind in ("initial", "arm")})
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    ended = poro("plot", folder / "tiny.h5")
+    assert ended.code == 0, ended.err
+    assert "tiny-arm.png: not drawn: Nothing is solid" in ended.out
+    assert (folder / "tiny-initial.png").exists()
+
+
+def test_without_opengl_the_rest_is_drawn(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    monkeypatch.setattr(plots, "FIGURES", {"section": plots.section})
+    ended = poro("plot", folder / "tiny.h5")
+    assert ended.code == 0
+    assert "tiny-views.png: not drawn" in ended.out
+    assert not (folder / "tiny-views.png").exists()
+    assert (folder / "tiny-section.png").exists()
+
+
+@pytest.mark.parametrize("given", ["tiny.yaml", "tiny.refined.h5"])
+def test_without_a_design_there_is_a_sentence(poro: Poro, folder: Path, given: str) -> None:
+    (folder / "tiny.h5").unlink()
+    ended = poro("plot", folder / given, "--output", folder)
+    assert ended.code == 4
+    assert "tiny.h5: there is no such file; run the stage that makes it." in ended.err

@@ -1,0 +1,171 @@
+"""``poro sweep``: cases in processes of their own, continued where they were left, and the tables they end in."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import POSIX_SIGNALS, TINY, Poro
+from PIL import Image
+
+from pipeline.exit_codes import ExitCode
+from pipeline.figures.sweep import draw
+from pipeline.store import artifact
+from pipeline.study.study import read_study
+
+#: The second of three cases has no state.
+STUDY = """\
+case: tiny.yaml
+vary:
+  load.pressure_ratio: [0.01, 1.0e+6, 0.02]
+until: optimize
+"""
+NAMES = [f"tiny.pressure_ratio-{value}" for value in ("0.01", "1.0e6", "0.02")]
+TINIEST = TINY.replace("max_updates: 1", "max_updates: 0")
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def written(folder: Path, study: str = STUDY, case: str = TINIEST) -> Path:
+    (folder / "tiny.yaml").write_text(case)
+    (folder / "study.yaml").write_text(study)
+    return folder
+
+
+def test_failures_stop_nothing_and_a_second_run_does_what_is_missing(poro: Poro, tmp_path: Path) -> None:
+    written(tmp_path)
+    ended = poro("sweep", "study.yaml", "--jobs", 2, "--json")
+    assert ended.code == ExitCode.NOT_CONVERGED
+    assert f"1 of 3 cases failed, the first of them {NAMES[1]}: optimize: " in ended.err.splitlines()[-1]
+    assert "3 of 3 cases to run, 2 at once with 1 thread each" in ended.err
+    found = json.loads(ended.out)
+    assert [case["name"] for case in found["cases"]] == NAMES
+    assert [case["values"] for case in found["cases"]] == [{"load.pressure_ratio": p} for p in (0.01, 1e6, 0.02)]
+    assert [case["exit_code"] for case in found["cases"]] == [0, 3, 0]
+    table = rows(Path("study.sweep.csv"))
+    assert [row["C0"] == "" for row in table] == [False, True, False]
+    for row, case in zip(table, found["cases"], strict=True):
+        assert row["sentence"] == case["sentence"]
+        if row["exit_code"] == "0":
+            terms, angle = case["C0"], case["theta2"]
+            history = artifact.read_group(
+                Path("study.sweep") / row["name"] / f"{row['name']}.h5", "optimize", "history"
+            )
+            assert float(row["C0"]) == terms == history["C0"][-1]
+            assert angle == pytest.approx(np.degrees(history["theta2"][-1]))
+    markdown = Path("study.sweep.md").read_text(encoding="utf-8")
+    assert "| theta2 [degrees] |" in markdown
+    assert f"- {NAMES[1]}: optimize: " in markdown
+    with Image.open("study.sweep.png") as picture:
+        assert 0.005 < (np.asarray(picture.convert("L")) < 200).mean() < 0.5
+    log = Path("study.sweep/tiny.pressure_ratio-0.02/tiny.pressure_ratio-0.02.log").read_text(encoding="utf-8")
+    assert "optimize" in log
+
+    (tmp_path / "study.yaml").write_text(STUDY.replace("1.0e+6", "0.015"))
+    again = poro("sweep", "study.yaml", "--jobs", 1)
+    assert again.code == ExitCode.OK, again.err
+    assert "1 of 3 cases to run" in again.err
+    assert [row["exit_code"] for row in rows(Path("study.sweep.csv"))] == ["0", "0", "0"]
+    assert "0 of 3 cases to run" in poro("sweep", "study.yaml").err
+
+    stale = poro("sweep", "study.yaml", "--dry-run")
+    assert stale.out.count("up to date") == 3
+    (tmp_path / "tiny.yaml").write_text(TINIEST + "  first_step: 50.0\n")
+    assert poro("sweep", "study.yaml", "--dry-run").out.count("up to date") == 0
+    collected = poro("sweep", "study.yaml", "--collect")
+    assert collected.code == ExitCode.ARTIFACT
+    assert "3 of 3 cases are not run to an end" in collected.err
+    assert [row["C0"] for row in rows(Path("study.sweep.csv"))] == ["", "", ""]
+
+
+@pytest.mark.slow
+@POSIX_SIGNALS
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_interrupted_sweep_ends_its_cases_and_continues(
+    number: signal.Signals, tmp_path: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = "case: tiny.yaml\nvary: {load.pressure_ratio: [0.01, 0.02]}\nuntil: optimize\n"
+    written(tmp_path, study, TINY.replace("max_updates: 1", "max_updates: 200"))
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pipeline.cli", "sweep", "study.yaml", "--jobs", "1"],
+        env=os.environ | {"PYTHONPATH": path},
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        # As in test_optimize_command: a background job hands on that SIGINT is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    first = tmp_path / "study.sweep" / "tiny.pressure_ratio-0.01" / "tiny.pressure_ratio-0.01.checkpoint.h5"
+    limit = time.monotonic() + 300
+    while not first.exists() and process.poll() is None and time.monotonic() < limit:
+        time.sleep(0.05)
+    process.send_signal(number)
+    said = process.communicate(timeout=120)[1]
+    assert process.returncode == ExitCode.INTERRUPTED, said
+    assert "Interrupted with 2 of 2 cases left; run the same command to continue." in said
+    assert first.exists()
+    assert not first.with_name("tiny.pressure_ratio-0.01.outcome.json").exists()
+    log = first.with_name("tiny.pressure_ratio-0.01.log").read_text(encoding="utf-8")
+    assert "which is stored" in log
+    stored = int(artifact.read(first, "checkpoint", "progress/updates")[0])
+    # The rest of it takes too long here; that the case goes on is what matters.
+    case = first.with_name("tiny.pressure_ratio-0.01.yaml")
+    ended = poro("optimize", case, "--output", case.parent, "--updates", stored + 1, "--threads", 1)
+    assert ended.code == ExitCode.OK
+    assert f"Continuing after design update {stored}." in ended.err
+
+
+@pytest.mark.parametrize(("keys", "images"), [((3,), 0), ((3, 2), 0), ((12, 9), 4), ((3, 2, 2), 0)])
+def test_plots_show_curves_or_a_map(keys: tuple[int, ...], images: int, tmp_path: Path) -> None:
+    names = ("load.pressure_ratio", "objective.strain_limit", "export.format")[: len(keys)]
+    lists = [[round(0.01 * (i + 1), 3) for i in range(count)] for count in keys]
+    if len(keys) == 3:
+        lists[2] = ["stl", "3mf"]
+    vary = "".join(f"  {name}: {found}\n".replace("'", "") for name, found in zip(names, lists, strict=True))
+    written(tmp_path, f"case: tiny.yaml\nvary:\n{vary}")
+    study = read_study(tmp_path / "study.yaml")
+    table = [
+        dict(variant.values) | {"C0": -0.1 * i, "T3": 1.0 + i, "theta2": 2.0, "spring_elongation": None}
+        for i, variant in enumerate(study.variants)
+    ]
+    drawn: list[int] = []
+    figure = draw(study, table, tmp_path / "x.png")
+    drawn.append(sum(len(axes.images) for axes in figure.axes))
+    assert drawn == [images]
+    with Image.open(tmp_path / "x.png") as picture:
+        assert picture.size == (1100, 770)
+    if not images:
+        assert len(figure.axes[0].lines) == len(study.variants) // max(keys)
+
+
+@pytest.mark.skipif(find_spec("snakemake") is None, reason="Snakemake is not installed (extra 'cluster')")
+def test_snakemake_runs_the_study_two_jobs_at_once(poro: Poro, tmp_path: Path) -> None:
+    written(tmp_path, STUDY.replace(", 0.02]", "]"))
+    workflow = poro("sweep", "--workflow-path").out.strip()
+    command = [sys.executable, "-m", "snakemake", "--snakefile", workflow, "--config", "study=study.yaml"]
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    called = [*command, "output=there", "--jobs", "2"]
+    ended = subprocess.run(called, env=environment, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr[-3000:]
+    assert "Execute 2 jobs..." in ended.stderr
+    found = {row["name"]: row["exit_code"] for row in rows(Path("there/study.sweep.csv"))}
+    assert found == dict(zip(NAMES[:2], ["0", "3"], strict=True))
+    # The program and Snakemake agree on what is done.
+    assert poro("sweep", "study.yaml", "--output", "there", "--dry-run").out.count("up to date") == 1
+    again = subprocess.run([*called, "--dry-run"], env=environment, capture_output=True, text=True, check=False)
+    assert "Nothing to be done" in again.stdout + again.stderr
+    shutil.rmtree(tmp_path / ".snakemake")
