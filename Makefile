@@ -21,14 +21,15 @@ test-long: $(STAMP)  ## the tests that take minutes
 bench: $(STAMP)  ## counts and errors to compare with the committed ones: benchmarks/results/bench.csv
 	$(BIN)/python -m benchmarks.guard
 
-check: $(STAMP)  ## lint, format, types and tests
+check: $(STAMP)  ## lint, format, types, layers and tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest
 
 clean:  ## remove the environment and the caches, but no outputs
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 
 # Renewed when the project's dependencies change; the code itself is installed in place.
 $(STAMP): pyproject.toml

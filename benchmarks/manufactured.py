@@ -5,7 +5,8 @@
 A displacement and a pressure are prescribed, the body force and the source they need follow from Eqs. (5) and (6) by
 complex step, and the equations are solved on ever finer meshes: u for given χ and p, p for given χ and u. Stress and
 flow are NumPy's, the fields scikit-fem's (``tests/helpers/physics.py``); only the solution comes from the program's
-element loops. ``tests/actuator/equations/test_convergence.py`` asserts the orders. Writes a table to ``benchmarks/results``.
+element loops. ``tests/actuator/equations/test_convergence.py`` asserts the orders. Writes a table to
+``benchmarks/results``.
 """
 
 from __future__ import annotations
