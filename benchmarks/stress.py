@@ -110,7 +110,9 @@ def tabulated(entry: Entry, reference: Found, seconds: list[float]) -> dict[str,
         line["residual"] = residual(found)
         line["theta2"], line["C0"] = float(found.at.state.arm[2]), found.at.terms["C0"]
         line["gradient error"] = gradient_error(found)
-        line["negative eigenvalues"] = found.objective.equilibrium.negative_eigenvalues(found.at.state)
+        line["negative eigenvalues"] = found.objective.equilibrium.linearise(
+            found.at.state, fresh=True
+        ).negative_eigenvalues
         if entry.check:
             line["error"], line["against"] = entry.check(found, reference)
     if entry.follow:

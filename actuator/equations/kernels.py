@@ -1,4 +1,4 @@
-"""Compiled element loops: the residual and the derivative of the Lagrangian.
+"""Compiled element loops: the residual and the derivative of Λ·R, its work with a field of multipliers.
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
 τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of source and drainage are summed by
@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from actuator.material.elasticity import add_stress, contraction, energy_density, kirchhoff_stress
+from actuator.material.elasticity import contraction, kirchhoff_stress
 from actuator.material.ersatz import (
     FAST,
     drainage,
@@ -160,11 +160,10 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed, g_chi, g_u, g_p):
-    """Derivative of Λ_u·R_u + Λ_p·R_p + weight · C_Ψ with respect to χ, u and p, per element.
+def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, stressed, g_chi, g_u, g_p):
+    """Derivative of Λ_u·R_u + Λ_p·R_p with respect to χ, u and p, per element; nothing for Γ or the spring.
 
-    Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 14) and 0 to leave it out; the complex
-    step on this function gives second derivatives.
+    The complex step on this function gives second derivatives.
 
     Args:
         lu, lp: adjoint fields Λ_u (n_nodes, 3) and Λ_p (n_vertices,), of the type of the other fields.
@@ -241,16 +240,6 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 for j in range(3):
                     M[i, j] -= k * J * (w[i] * v[j] + v[i] * w[j])
                 M[i, i] += k * J * wv
-            # Strain energy limit
-            if weight != 0.0:
-                density = energy_density(c, log_J, iso, trace, b)
-                if density.real > c.energy_limit:  # the factor of the stiffness is at most one
-                    Es, dEs = stiffness(x + c.energy_shift, c)
-                    over = Es * density / c.energy_limit - 1.0
-                    if over.real > 0.0:
-                        rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                        d_chi += rate * (dEs * density)
-                        add_stress(c, rate * Es, log_J, iso, trace, b, M)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):
@@ -266,28 +255,3 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 g_p[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
         for a in range(8):
             g_chi[e, a] += seepage * slope[a]
-
-
-@njit(cache=True, parallel=True, fastmath=FAST)
-def strain_energy_excess(geometry, c, chi, u):
-    """C_Ψ of Eq. (14) and the largest Ψ(χ + 4/L_i, u) / Ψ_lim over the quadrature points."""
-    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
-    total, largest = np.zeros(n_cells), np.zeros(n_cells)
-    for e in prange(n_cells):
-        s = geometry.section[e]
-        F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        for q in range(n_q):
-            deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
-            J = inverse(F, Finv)
-            if J <= 0.0:
-                total[e] = np.inf
-                continue
-            log_J = np.log(J)
-            trace, iso = left_cauchy_green(F, b), np.exp(-2.0 / 3.0 * log_J)
-            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            density = energy_density(c, log_J, iso, trace, b)
-            ratio = stiffness(x + c.energy_shift, c)[0] * density / c.energy_limit
-            largest[e] = max(largest[e], ratio)
-            if ratio > 1.0:
-                total[e] += geometry.volume[s, q] * c.strain_energy_weight / 6.0 * (ratio - 1.0) ** 6
-    return ordered_sum(total), largest.max()

@@ -18,7 +18,8 @@ from actuator.equations.assembly import Gather
 from actuator.equations.tangent_kernels import darcy_metric
 from actuator.linear import make_solver
 from actuator.material.ersatz import drainage, permeability
-from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.state import State
 
 
 class Leak(NamedTuple):

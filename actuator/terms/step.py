@@ -1,4 +1,4 @@
-"""The metric of design steps."""
+"""C_t of Eq. (15), the step term: value δᵀ M δ / (2 Δt²), gradient M δ / Δt², curvature M / Δt²."""
 
 from __future__ import annotations
 
@@ -11,29 +11,38 @@ from actuator.arrays import Floats
 from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
 from actuator.linear import DirectSolver, SolverName, make_solver
+from actuator.parameters import Objective
 
 
 class Metric:
-    """M of C_t = δᵀ M δ / (2 Δt²), Eq. (15): ∫ δ² + L_t² ‖∇δ‖², in mm³.
+    """M of C_t: ∫ δ² + L_t² ‖∇δ‖², counted in the cubed length unit of the paper's numbers.
 
     Args:
         discretisation: spaces of the case.
-        diffusivity_length: L_t, mm.
-        gather: pattern of upper triangles on vertices; ``upper`` holds M's data on it.
+        objective: L_t and the length unit.
+        gather: pattern of upper triangles on vertices.
         solver, threads: direct solver for M⁻¹.
+
+    Attributes:
+        upper: M's data on the pattern.
+        volume: |Ω|, mm³.
+        measure: |Ω| in the cubed length unit: 1ᵀ M 1.
     """
 
     def __init__(
         self,
         discretisation: Discretisation,
-        diffusivity_length: float,
+        objective: Objective,
         gather: Gather,
         solver: SolverName = "auto",
         threads: int = 2,
     ) -> None:
-        self.matrix = sp.csr_array(discretisation.mass + diffusivity_length**2 * discretisation.stiffness)
+        unit = objective.length_unit**3
+        matrix = discretisation.mass + objective.diffusivity_length**2 * discretisation.stiffness
+        self.matrix = sp.csr_array(matrix / unit)
         self.size = self.matrix.shape[0]
         self.volume = discretisation.volume
+        self.measure = self.volume / unit
         upper = sp.csr_array(sp.triu(self.matrix, format="csr"))
         upper.sort_indices()
         if not np.array_equal(upper.indices, gather.indices):
