@@ -17,7 +17,7 @@ from actuator.arrays import Floats
 from actuator.solve.flow import Inverted
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solve.sensitivity import Sensitivity
-from actuator.terms.total import DesignTerms
+from actuator.terms.design import DesignTerms
 
 #: Random probes of the leak's curvature; their error, a quarter, matters little in an estimate.
 PROBES, SEED = 32, 0
@@ -86,8 +86,8 @@ class Model:
             return None
         force, _, nodal, _ = equilibrium.residual(chi, x, p)
         design = objective.design(chi)
-        terms = sum(term.value for term in objective.total.state_terms(objective.fields(chi, x, p)).values())
-        value = terms + design.value + float(self._adjoint @ force)
+        terms = objective.total.value(design, objective.fields(chi, x, p))
+        value = terms + float(self._adjoint @ force)
         return ModelPoint(delta, dx, chi, x, p, value, force, nodal, design)
 
     def corrected(self, at: ModelPoint) -> ModelPoint | None:

@@ -28,8 +28,8 @@ from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
 from actuator.optimiser.barrier import Barrier, Bounds
 from actuator.optimiser.curvature import Curvature
+from actuator.terms.design import DesignObjective, DesignTerms
 from actuator.terms.step import Metric
-from actuator.terms.total import DesignObjective, DesignTerms
 
 #: Most steps of the interior point method; where they run out, the best design so far serves.
 MAX_NEWTON = 20

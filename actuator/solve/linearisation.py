@@ -24,7 +24,7 @@ from actuator.solve.state import State
 #: Iterations of one coupled solve after which the mechanical block is factorised anew: on the paper's mesh a
 #: factorisation costs about as much as this many triangular solves.
 STALE_ITERATIONS = 25
-#: Iterations of one coupled solve with factors of the same tangent.
+#: Iterations of the first coupled solve with new factors.
 MAX_KRYLOV = 120
 #: Residual that serves where rounding lets a solve get no lower: adjoints far beyond the strain limit, all C_Ψ's.
 ROUNDING = 1e-9
@@ -57,6 +57,7 @@ class Workspace:
         work: what is counted.
         owner: the linearisation that may use it.
         factorised: whether ``mechanics`` holds factors, of this tangent or of an older one.
+        untried: whether no coupled solve has used them yet.
     """
 
     tangent: Tangent
@@ -65,6 +66,7 @@ class Workspace:
     work: Work
     owner: Linearisation | None = None
     factorised: bool = False
+    untried: bool = False
 
 
 class Linearisation:
@@ -117,12 +119,12 @@ class Linearisation:
     def factorise(self) -> None:
         """Factorise the mechanical block of this tangent, unless that has been done."""
         workspace = self._owned
-        if self._exact:
-            return
-        workspace.factorised = False
-        workspace.mechanics.factorise(workspace.tangent.xx.data)
-        workspace.work.factorisations += 1
-        workspace.factorised = self._exact = True
+        if not self._exact:
+            workspace.factorised = False
+            workspace.mechanics.factorise(workspace.tangent.xx.data)
+            workspace.work.factorisations += 1
+            workspace.factorised = self._exact = True
+        workspace.untried = True
 
     @property
     def negative_eigenvalues(self) -> int | None:
@@ -160,7 +162,7 @@ class Linearisation:
     def _krylov(
         self, bx: Floats, bp: Floats, tolerance: float, *, transposed: bool, guess: tuple[Floats, Floats] | None
     ) -> tuple[Floats, Floats]:
-        """GMRES with the factors at hand, and once more with those of this tangent if they are of an older one."""
+        """GMRES with the factors at hand, and once more with those of this tangent if that takes long."""
         workspace = self._owned
         force, flow = self._scales
         if transposed:
@@ -169,13 +171,15 @@ class Linearisation:
         n, right = len(bx), system.scaled(bx, bp)
         solved = partial(gmres, system.multiply, right, precondition=system.precondition, tolerance=0.5 * tolerance)
         x0 = None if guess is None else np.concatenate(guess)
-        limit = MAX_KRYLOV if self._exact else STALE_ITERATIONS
+        untried = workspace.untried
+        limit = MAX_KRYLOV if untried else STALE_ITERATIONS
         result = solved(x0=x0, max_iterations=limit, restart=limit)
         workspace.work.krylov += result.iterations
-        if result.relative_residual > tolerance and not self._exact:
+        if result.relative_residual > tolerance and not untried:
             self.factorise()
             result = solved(x0=result.x, max_iterations=MAX_KRYLOV, restart=MAX_KRYLOV)
             workspace.work.krylov += result.iterations
+        workspace.untried = False
         if result.relative_residual > (max(tolerance, ROUNDING) if result.stagnated else tolerance):
             raise SolveFailure(
                 f"A coupled linear solve stopped at a relative residual of {result.relative_residual:.1e} instead of "

@@ -12,7 +12,6 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.equations.assembly import scatter_vector
-from actuator.equations.kernels import lagrangian_gradient
 from actuator.equations.kinematics import Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
@@ -20,8 +19,9 @@ from actuator.parameters import Load, Material, Objective
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.state import State
 from actuator.terms import total_objective
+from actuator.terms.design import DesignTerms
 from actuator.terms.interface import Derivatives, Fields, Problem, Value
-from actuator.terms.total import DesignTerms
+from actuator.terms.lagrangian import lagrangian_gradient
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class ReducedObjective:
         """
         state = self.equilibrium.solve(chi, start)
         design = self.design(chi)
-        values = self.total.in_order({**design.terms, **self.total.state_terms(self.fields(chi, state.x, state.p))})
+        values = self.total.values(design, self.fields(chi, state.x, state.p))
         return Evaluation(chi, state, values, design)
 
     def fields(self, chi: Floats, x: Floats, p: Floats) -> Fields:
@@ -154,6 +154,7 @@ class ReducedObjective:
             at.p,
             kinematics.variation(x, lx).astype(kind, copy=False),
             lp.astype(kind, copy=False),
+            1.0 if terms and self.total.strain_energy.weighs else 0.0,
             bool(np.any(lx)),
             into.chi,
             into.u,
@@ -162,8 +163,9 @@ class ReducedObjective:
         if terms:
             self.total.add_gradient(at, into)
         gx = kinematics.force(x, scatter_vector(into.u, geometry.node_cells, len(self.domain.nodes)))
-        gx[-3:] += into.arm + kinematics.spring_tangent(x) @ lx[-3:]
+        gx[-3:] += kinematics.spring_tangent(x) @ lx[-3:]
         gx[-1] += kinematics.second_variation(x, nodal) * lx[-1]
+        gx[-3:] += into.arm
         gp = scatter_vector(into.p, geometry.cells, n) + into.vertex_p
         return scatter_vector(into.chi, geometry.cells, n), gx, gp
 

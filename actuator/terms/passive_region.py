@@ -1,55 +1,42 @@
-"""C_χ of Appendix B: a bound on χ, above which material stands where there is to be none."""
+"""C_χ of Appendix B: a bound on χ, above which material stands where there is to be none, c_χ / 2 ∫ ⟨χ - χ_lim⟩²."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from actuator.arrays import Floats
 from actuator.domains.initial_design import smooth_minimum
-from actuator.equations.kernels import interpolate, ordered_sum
 from actuator.equations.points import PointFields
-from actuator.material.ersatz import FAST
-from actuator.terms.interface import DesignTerm, Problem, Value
+from actuator.terms.interface import Problem
 
 
-class PassiveRegion(DesignTerm):
-    """C_χ = c_χ / 2 ∫ ⟨χ - χ_lim⟩².
-
-    It is so steep that the optimiser takes it for a bound (:mod:`actuator.optimiser.barrier`): ``room`` says how far.
+class PassiveRegion:
+    """The bound. C_χ is so steep that the optimiser takes it for one (:mod:`actuator.optimiser.barrier`).
 
     Attributes:
         weight: c_χ, 1/mm³.
+        limit: χ_lim at the quadrature points of each class of cells, (n_section, n_q).
     """
 
     def __init__(self, problem: Problem) -> None:
         discretisation, objective = problem.discretisation, problem.objective
         self._geometry, self._points = discretisation.geometry, PointFields(discretisation.geometry)
         unit = objective.length_unit
-        self._limit = passive_limit(
+        self.limit = passive_limit(
             discretisation.radii / unit, discretisation.domain.radius / unit, objective.interface_width / unit
         )
         self.weight = objective.passive_weight
-        n_cells = len(self._geometry.cells)
-        self._nothing = np.empty((n_cells, 0)), np.empty((n_cells, 0, 0))
-
-    def value(self, chi: Floats) -> float:
-        """C_χ, dimensionless."""
-        return float(passive_region(self._geometry, self._limit, self.weight, chi, *self._nothing, False))
-
-    def add(self, chi: Floats, gradient: Floats, hessian: Floats) -> Value:
-        """Add the derivatives of C_χ."""
-        return Value(float(passive_region(self._geometry, self._limit, self.weight, chi, gradient, hessian, True)))
 
     def room(self, chi: Floats) -> Floats:
         """How far χ lies below the bound at the quadrature points, (n_cells, n_q); negative beyond it."""
-        return self._limit[self._geometry.section] - self._points.at(chi)
+        return self.limit[self._geometry.section] - self._points.at(chi)
 
     def share(self, chi: Floats) -> float:
         """Share of the solid {χ > 0} that lies in the passive core, where the bound is negative."""
         volume = self._points.volumes * (self._points.at(chi) > 0.0)
         solid = float(volume.sum())
-        return float(volume[self._limit[self._geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
+        return float(volume[self.limit[self._geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
 
 
 def passive_limit(radii: Floats, radius: float, interface_width: float) -> Floats:
@@ -64,23 +51,7 @@ def passive_limit(radii: Floats, radius: float, interface_width: float) -> Float
     return 8.0 / interface_width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
 
 
-@njit(cache=True, parallel=True, fastmath=FAST)
-def passive_region(geometry, limit, weight, chi, g, h, derivatives):
-    """C_χ; adds element gradients (n_cells, 8) and Hessians (n_cells, 8, 8) if ``derivatives`` are wanted."""
-    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
-    values = np.zeros(n_cells)
-    for e in prange(n_cells):
-        s = geometry.section[e]
-        for q in range(n_q):
-            shape = geometry.shape[q]
-            over = interpolate(chi, geometry.cells[e], shape) - limit[s, q]
-            if over <= 0.0:
-                continue
-            dx = geometry.volume[s, q]
-            values[e] += 0.5 * weight * dx * over * over
-            if derivatives:
-                for a in range(8):
-                    g[e, a] += weight * dx * over * shape[a]
-                    for b in range(8):
-                        h[e, a, b] += weight * dx * shape[a] * shape[b]
-    return ordered_sum(values)
+@njit(cache=True, inline="always")
+def passive_region(weight, dx, over):
+    """C_χ at a point of volume dx where χ is beyond its bound, and its first and second derivative."""
+    return 0.5 * weight * dx * over * over, weight * dx * over, weight * dx

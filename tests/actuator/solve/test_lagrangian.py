@@ -25,8 +25,8 @@ from actuator.domains.initial_design import initial_design
 from actuator.domains.source import pressure_source
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kernels import lagrangian_gradient
-from actuator.terms.strain_energy import add_strain_energy_gradient, strain_energy_excess
+from actuator.terms.lagrangian import lagrangian_gradient
+from actuator.terms.strain_energy import strain_energy_excess
 
 DOMAIN = half_cylinder()
 #: A strict limit, so that C_Ψ is active, and a regularisation that is not lost beside the stress.
@@ -97,9 +97,7 @@ def gradient(
     g, kind = discretisation.geometry, at.chi.dtype
     parts = [np.empty((len(g.cells), *shape), kind) for shape in ((8,), (20, 3), (8,))]
     stressed = bool(np.any(adjoint.u))
-    lagrangian_gradient(g, source, C, *at, adjoint.u.astype(kind), adjoint.p.astype(kind), stressed, *parts)
-    if weight:
-        add_strain_energy_gradient(g, C, at.chi, at.u, parts[0], parts[1])
+    lagrangian_gradient(g, source, C, *at, adjoint.u.astype(kind), adjoint.p.astype(kind), weight, stressed, *parts)
     n = DOMAIN.mesh.nvertices
     return Fields(
         scatter_vector(parts[0], g.cells, n),
