@@ -5,7 +5,7 @@
 
 The needless work is brought about by values that are almost zero, or by calling what does more; no switch of the
 product serves it. Times are medians of the processor's, of calls in turn in one process on one thread. Writes
-``results/skip.csv`` and ``skip.md``, which ``docs/skipping.md`` explains.
+``results/skip.csv`` and ``skip.md``, which ``docs/project/notebook/skipping.md`` explains.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class Skip:
     """One thing that is skipped.
 
     Attributes:
-        item: of the list in ``docs/skipping.md``.
+        item: of the list in ``docs/project/notebook/skipping.md``.
         what: what is skipped, and in what.
         against: how the needless work was brought about.
         unit: "time" or what is counted.
