@@ -35,7 +35,14 @@ Every section and key of a case file. All of them may be left out: a key that is
 takes them for numbers: `1.0e-3`, not `1e-3`.
 """
 
-_WORDS = {"number": "number", "integer": "whole number", "string": "word", "boolean": "true or false", "null": "null"}
+_WORDS = {
+    "number": "number",
+    "integer": "whole number",
+    "string": "word",
+    "boolean": "true or false",
+    "null": "null",
+    "object": "section",
+}
 _BOUNDS = (("exclusiveMinimum", ">"), ("minimum", "≥"), ("exclusiveMaximum", "<"), ("maximum", "≤"))
 _UNIT = re.compile(r" ?\[([^\]]+)\]")
 

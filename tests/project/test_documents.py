@@ -16,6 +16,9 @@ from pipeline.cli.app import call
 #: Pages whose commands take long, even on the tiny case: they draw, or follow the response to pressure.
 SLOW = ("measuring", "report", "simulation", "sweeps", "tutorial")
 
+#: Pages whose commands are run by tests of their own: test_readme.py, test_reference.py.
+ELSEWHERE_RUN = ("README.md", "artifacts.md")
+
 #: What is not for a test to run.
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
@@ -25,7 +28,7 @@ SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
     for page in PAGES
-    if page.name != "README.md" and commands(page)
+    if page.name not in ELSEWHERE_RUN and commands(page)
 ]
 
 
