@@ -31,7 +31,7 @@ _HEAD = f"""\
 
 Every section and key of a case file. All of them may be left out: a key that is not written takes its default.
 `poro new` writes a file with every key, `poro schema` prints the same as JSON Schema for editors, and
-[How to](../use/howto.md#an-own-case) says which keys to change first. Numbers are written so that every YAML reader
+[How to](../use/howto.md#your-own-case) says which keys to change first. Numbers are written so that every YAML reader
 takes them for numbers: `1.0e-3`, not `1e-3`.
 """
 

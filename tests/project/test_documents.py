@@ -114,3 +114,15 @@ def test_readme_names_the_documents() -> None:
     assert {"docs/start/tutorial.md", "docs/use/howto.md", "docs/explain/theory.md", "docs/index.md"} <= set(
         links(ROOT / "README.md")
     )
+
+
+#: What has been frozen names files of its day.
+FROZEN = ROOT / "docs" / "project" / "notebook"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if FROZEN not in page.parents], ids=lambda page: page.stem)
+def test_files_of_the_program_that_are_named_exist(page: Path) -> None:
+    """Such as `actuator/threads.py` or `stages/`, so that a page does not lead to a room that has moved."""
+    text = page.read_text(encoding="utf-8")
+    named = re.findall(r"`((?:actuator|stages|pipeline|tests|benchmarks|configs|docs)/[\w./-]*)`", text)
+    assert [name for name in named if "NAME" not in name and not (ROOT / name).exists()] == []
