@@ -4,7 +4,7 @@
     python -m benchmarks.guard --reference    # first: what finer meshes say, results/bench-reference.csv
 
 ``tests/benchmarks/test_bench.py`` measures the counts and errors again and fails where one is worse than the committed
-table allows; ``docs/skipping.md`` says what to do then.
+table allows; ``docs/project/benchmarks.md`` says what to do then.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python -m benchmarks.readings --budget 150
 
-One thread, 2,688 cells, one reading after the other, each changing one thing of case14-printed: c_r, the shift of χ
+One thread, 2,688 cells, one reading after the other, each changing one thing of case14-eq14-shift: c_r, the shift of χ
 in C_Ψ, the elements' quadrature, the pseudo-time steps, the initial design. C0 of a stricter or looser limit is no
 better or worse design; what is compared is how far the model lets the actuator bend. Writes a table and a CSV to
 ``benchmarks/results``.

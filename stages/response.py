@@ -117,7 +117,7 @@ class Response:
 
 
 def summarised(responses: Mapping[str, Response], pressure: float) -> dict[str, Any]:
-    """Summary of all fields; see docs/simulation.md."""
+    """Summary of all fields; see docs/use/simulation.md."""
     fields_ = {name: _summary(response) for name, response in responses.items()}
     one, two = (fields_.get(name, {}).get("at_target") for name in ("density", "thresholded"))
     between = {}
