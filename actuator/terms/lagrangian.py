@@ -98,7 +98,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                     M[i, j] -= k * J * (w[i] * v[j] + v[i] * w[j])
                 M[i, i] += k * J * wv
             if weight != 0.0:
-                d_chi += add_strain_energy(c, weight, x, log_J, iso, trace, b, M)
+                d_chi = add_strain_energy(c, weight, x, log_J, iso, trace, b, M, d_chi)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):

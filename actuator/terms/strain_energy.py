@@ -54,19 +54,18 @@ def strain_energy_excess(geometry, c, chi, u):
 
 
 @njit(cache=True, inline="always")
-def add_strain_energy(c, weight, x, log_J, iso, trace, b, M):
-    """At a point: add weight · ∂C_Ψ/∂F Fᵀ per volume to M (3, 3), N/mm² over Ψ_lim; return weight · ∂C_Ψ/∂χ.
+def add_strain_energy(c, weight, x, log_J, iso, trace, b, M, d_chi):
+    """At a point: add weight · ∂C_Ψ/∂F Fᵀ per volume to M (3, 3), and return d_chi plus weight · ∂C_Ψ/∂χ.
 
     Args:
         x: χ; the other arguments are those of :mod:`actuator.material.elasticity`. Real or complex.
     """
-    d_chi = 0.0 * log_J
     density = energy_density(c, log_J, iso, trace, b)
     if density.real > c.energy_limit:  # the factor of the stiffness is at most one
         Es, dEs = stiffness(x + c.energy_shift, c)
         over = Es * density / c.energy_limit - 1.0
         if over.real > 0.0:
             rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-            d_chi = rate * (dEs * density)
+            d_chi += rate * (dEs * density)
             add_stress(c, rate * Es, log_J, iso, trace, b, M)
     return d_chi
