@@ -160,7 +160,7 @@ def run(
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
-    """What second-order elements say of the leak; nothing if they cannot: a result is not lost because a check fails."""
+    """The leak by second-order elements; nothing if they cannot: a result is not lost because a check fails."""
     from actuator.failure import SolveFailure  # as in run
     from actuator.solve.leak_check import second_order_leak
 
