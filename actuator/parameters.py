@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import log
+from typing import TypeAlias
 
-from actuator.material.laws.coefficients import NEO_HOOKE, Law
+#: Coefficients of a hyperelastic law over its initial shear modulus, a named tuple of :mod:`actuator.material.laws`.
+Law: TypeAlias = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Material:
     solid_permeability: float
     drainage: float
     hessian_penalty: float
-    law: Law = NEO_HOOKE
+    law: Law
 
     @classmethod
     def from_ratios(
@@ -45,7 +47,7 @@ class Material:
         void_permeability_rate: float,
         permeability_contrast: float,
         hessian_regularisation: float,
-        law: Law = NEO_HOOKE,
+        law: Law,
     ) -> Material:
         """Parameters from the dimensionless ratios of Table 1; c_r = α L² K_s."""
         bulk = youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))

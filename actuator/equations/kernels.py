@@ -94,7 +94,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     Args:
         geometry: :class:`actuator.equations.discretisation.Geometry`.
         source: Q_in at the quadrature points, (n_section, n_q), mm²/(N s).
-        c: :class:`actuator.material.ersatz.Coefficients`.
+        c: :class:`actuator.material.constants.Constants`.
         chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
         stressed: whether Ru is wanted; only Rp is computed otherwise.
         Ru, Rp: results, (n_cells, 20, 3) in N and (n_cells, 8) in mm³/s.
@@ -135,9 +135,9 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
             pressure = interpolate(p, vertices, geometry.shape[q])
             if stressed:
                 trace = left_cauchy_green(F, b)
-                E = stiffness(x, c)[0]
+                factor = stiffness(x, c)[0]
                 log_J = np.log(J)
-                kirchhoff_stress(c, E, E * c.bulk * log_J - J * pressure, log_J, trace, b)
+                kirchhoff_stress(c, factor, factor * c.bulk * log_J - J * pressure, log_J, trace, b)
                 for i in range(3):
                     for j in range(3):
                         P[i, j] = dx * (b[i, 0] * Finv[j, 0] + b[i, 1] * Finv[j, 1] + b[i, 2] * Finv[j, 2])
@@ -202,7 +202,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             x = interpolate(chi, vertices, geometry.shape[q])
             pressure = interpolate(p, vertices, geometry.shape[q])
             trace = left_cauchy_green(F, b)
-            E, dE = stiffness(x, c)
+            factor, d_factor = stiffness(x, c)
             log_J = np.log(J)
             iso = np.exp(-2.0 / 3.0 * log_J)
             d_chi = d_p = 0.0 * J
@@ -221,7 +221,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                     for j in range(3):
                         h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
                 div = h[0, 0] + h[1, 1] + h[2, 2]
-                d_chi = dE * contraction(c, E, J * pressure, log_J, iso, trace, b, h, div, M)
+                d_chi = d_factor * contraction(c, factor, J * pressure, log_J, iso, trace, b, h, div, M)
                 d_p = -J * div
             # Darcy
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
@@ -245,12 +245,12 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             if weight != 0.0:
                 density = energy_density(c, log_J, iso, trace, b)
                 if density.real > c.energy_limit:  # the factor of the stiffness is at most one
-                    Es, dEs = stiffness(x + c.energy_shift, c)
-                    over = Es * density / c.energy_limit - 1.0
+                    shifted, d_shifted = stiffness(x + c.energy_shift, c)
+                    over = shifted * density / c.energy_limit - 1.0
                     if over.real > 0.0:
                         rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                        d_chi += rate * (dEs * density)
-                        add_stress(c, rate * Es, log_J, iso, trace, b, M)
+                        d_chi += rate * (d_shifted * density)
+                        add_stress(c, rate * shifted, log_J, iso, trace, b, M)
             # f_a = M F⁻ᵀ ∇N_a
             for i in range(3):
                 for j in range(3):
