@@ -79,8 +79,9 @@ def kernel_constants(law: type[Any]) -> type[Constants]:
     """The type of the constants with the coefficients of a law.
 
     numba's cache on the disk knows a type by its name in its module, and one index has the types of all laws that a
-    kernel has been compiled for. So the types stand in this module, whoever wrote the law, and are named after the
-    text of the law's file: kernels that were compiled from another text are not taken for those of this one.
+    kernel has been compiled for. So the types stand in this module, whoever wrote the law, and are named after their
+    fields and the text of the law's file: kernels that were compiled from another text are not taken for those of this
+    one.
 
     Args:
         law: class of the law's coefficients.
@@ -91,8 +92,9 @@ def kernel_constants(law: type[Any]) -> type[Constants]:
     text = getattr(law_file(law), "__file__", None)
     # A law that was typed into a session has no file and must not be found again by another session.
     content = Path(text).read_bytes() if text else uuid.uuid4().bytes
-    digest = hashlib.sha256(f"{law.__module__}.{law.__qualname__}".encode() + content).hexdigest()
-    return _kept(f"{law.__name__}_{digest[:12]}", (*Constants._fields, *law._fields), law)
+    fields = (*Constants._fields, *law._fields)
+    digest = hashlib.sha256(repr((law.__module__, law.__qualname__, fields)).encode() + content).hexdigest()
+    return _kept(f"{law.__name__}_{digest[:12]}", fields, law)
 
 
 def _kept(name: str, fields: tuple[str, ...], law: type | None) -> type[Constants]:
