@@ -25,12 +25,13 @@ from actuator.domains.half_cylinder import HalfCylinder
 from actuator.domains.source import pressure_source
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.material.constants import Constants, constants_of
 from actuator.material.laws.mooney_rivlin import MooneyRivlin
 from actuator.material.laws.ogden import Ogden
 from actuator.material.laws.yeoh import Yeoh
 from actuator.parameters import Law
+from actuator.terms.lagrangian import lagrangian_gradient
+from actuator.terms.strain_energy import strain_energy_excess
 
 LAWS: dict[str, Law] = {
     "ogden": Ogden.of([0.7, 0.2, 0.1], [1.3, 5.0, -2.0]),
