@@ -1,10 +1,16 @@
-"""What every section of a case file is made of."""
+"""What every section of a case file is made of, and sections that come in several kinds."""
 
 from __future__ import annotations
 
-from typing import Any, Self
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from operator import or_
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, field_validator
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, TypeAdapter, field_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
 #: Size of the numbers of a case file, in whatever unit.
 SMALLEST, LARGEST = 1e-20, 1e20
@@ -39,3 +45,37 @@ class Section(BaseModel):
             elif unit and value is not None:
                 changed[name] = value / divisors[unit]
         return self.model_copy(update=changed)
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """Marks the type of a section that comes in several kinds, told apart by their key ``name``.
+
+    Attributes:
+        known: the kinds by name, a registry for instance; asked whenever a section is read, not when this is made.
+    """
+
+    known: Mapping[str, type[Section]]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        """Read a section of any kind that is known by then."""
+
+        def read(strict: bool) -> CoreSchema:
+            return core_schema.no_info_plain_validator_function(
+                lambda value: self._adapter().validate_python(value, strict=strict)
+            )
+
+        return core_schema.lax_or_strict_schema(read(False), read(True))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The kinds that are known by now."""
+        return handler(self._adapter().core_schema)
+
+    def _adapter(self) -> TypeAdapter[Any]:
+        return _told_apart(tuple(self.known.values()))
+
+
+@lru_cache(maxsize=8)
+def _told_apart(kinds: tuple[type[Section], ...]) -> TypeAdapter[Any]:
+    union: Any = reduce(or_, kinds)
+    return TypeAdapter(Annotated[union, Field(discriminator="name")])

@@ -24,7 +24,7 @@ from skfem import BilinearForm, ElementHexS2, FacetBasis
 from actuator.domains.initial_design import initial_design
 from actuator.domains.source import pressure_source
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from actuator.solve.equilibrium import Equilibrium, State
 
 DOMAIN = half_cylinder(1, 1, 3)
@@ -52,7 +52,7 @@ class MultiplierForm:
 
     def __init__(self, spring_ratio: float) -> None:
         material, self.load, objective = parameters(load={"spring_ratio": spring_ratio})
-        self.c = Coefficients.of(material, self.load, objective)
+        self.c = constants_of(material, self.load, objective)
         self.discretisation = Discretisation(DOMAIN)
         self.source = pressure_source(self.discretisation.radii, RADIUS, material.drainage)
         self.tip = np.flatnonzero(DOMAIN.nodes[:, 0] == DOMAIN.length)
