@@ -170,7 +170,7 @@ def _rest() -> Skip:
 def _energy(objective: ReducedObjective, at: Evaluation) -> Skip:
     """Quadrature points at which Ψ at full stiffness is above the limit: nowhere else can Ψ(χ + 4/L_i) be."""
     geometry, c = objective.equilibrium.geometry, objective.equilibrium.coefficients
-    gradients = geometry.gradient20[geometry.section]  # (n_cells, n_q, 20, 3)
+    gradients = geometry.gradient20[geometry.cell_class]  # (n_cells, n_q, 20, 3)
     u = at.state.displacement[geometry.node_cells]
     F = np.eye(3) + np.einsum("eai,eqaj->eqij", u, gradients)
     log_J = np.log(np.linalg.det(F))
@@ -194,7 +194,7 @@ def _energy(objective: ReducedObjective, at: Evaluation) -> Skip:
 def _parts(objective: ReducedObjective, at: Evaluation) -> Iterator[Skip]:
     equilibrium, state, domain = objective.equilibrium, at.state, objective.domain
     chi, x, p = state.chi, state.x, state.p
-    tip = domain.tip_nodes
+    tip = domain.tip.nodes
     yield time_skip(
         PART,
         "forces on Γ from the last layer of cells alone",
@@ -340,7 +340,7 @@ def _passive() -> Skip:
     before = progress.evaluation.chi
     optimiser.run(progress, 2)
     r = np.hypot(objective.domain.points[:, 1], objective.domain.points[:, 2])
-    core = r < 0.3 * settings.domain.radius
+    core = r < 0.3 * settings.domain.size
     moved = float(np.abs(progress.evaluation.chi - before)[core].max())
     return count_skip(
         "passive regions",

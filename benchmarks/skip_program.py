@@ -16,8 +16,9 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.geometry.hausdorff import distance_to_zero_set
-from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
+from actuator.geometry.outer_triangles import outer_triangles
 from actuator.geometry.zero_set import Surface, reflected, solid_boundary
 from actuator.solve.reduced import ReducedObjective
 from benchmarks.skip_rows import Skip, count_skip, time_skip
@@ -55,7 +56,7 @@ def program_skips() -> Iterator[Skip]:
         yield from _runs(Path(folder))
 
 
-def _refine(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
+def _refine(domain: Domain, chi: Floats) -> Iterator[Skip]:
     same = refine.run(domain, chi, refine.Settings(factor=1, filter_radius=0.0))
     assert same.domain is domain
     assert same.chi is chi
@@ -74,8 +75,9 @@ def _refine(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
         )
 
 
-def _halves(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
-    whole = WholeCylinder(domain.radius, domain.length, domain.core_cells, domain.rings, domain.layers)
+def _halves(domain: Domain, chi: Floats) -> Iterator[Skip]:
+    assert isinstance(domain, HalfCylinder)
+    whole = WholeCylinder(domain.size, domain.length, domain.core_cells, domain.rings, domain.layers)
     settings = problem(QUICK)
     material, load, limits = settings.parameters()
     both = replace(load, spring_stiffness=2.0 * load.spring_stiffness)  # that of the half is half the spring
@@ -104,7 +106,8 @@ def _halves(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
     }.items():
         yield count_skip(HALF, "other half of the cylinder", "the whole disc meshed", unit, (needless, skipped))
     fine = refine.run(domain, chi, refine.Settings())
-    tets = tetrahedra(fine.domain)
+    cut = fine.domain.tetrahedra()
+    tets = cut.corners
     outer = outer_triangles(fine.domain, tets)
     points = fine.domain.points
     beside = points[:, 1] != 0.0
@@ -127,7 +130,7 @@ def _halves(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
     def mirrored(*, measured: bool) -> Floats:
         if measured:
             return mirror.run(fine.domain, fine.chi, mirror.Settings()).vertices
-        cells = tetrahedra(fine.domain)
+        cells = fine.domain.tetrahedra().corners
         return reflected(solid_boundary(points, cells, outer_triangles(fine.domain, cells), fine.chi)).vertices
 
     yield time_skip(
@@ -139,7 +142,7 @@ def _halves(domain: HalfCylinder, chi: Floats) -> Iterator[Skip]:
         repeats=5,
         remark="not skipped: summary, report and `poro mirror` tell it; sampled on one half only",
     )
-    assert distance_to_zero_set(fine.domain, tets, fine.chi, 0.0).maximum > 0.0
+    assert distance_to_zero_set(fine.domain, cut, fine.chi, 0.0).maximum > 0.0
 
 
 def _sorted(surface: Surface) -> Floats:

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.failure import Failure
 from actuator.optimiser.loop import Optimiser
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solver_name import SolverName
 from actuator.threads import use_threads
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 #: 320 cells of about 3 mm: m, k, layers.
 MESH = {"core_cells": 4, "rings": 2, "layers": 5}
@@ -36,7 +36,7 @@ STEP = 1e-3
 
 def settings(**changes: float) -> ProblemSettings:
     """The paper's case on the small mesh with changes, named ``section__key``."""
-    data: dict[str, Any] = ProblemSettings(domain=DomainSettings(**MESH)).model_dump()
+    data: dict[str, Any] = ProblemSettings(domain=HalfCylinderSettings(**MESH)).model_dump()
     for name, value in changes.items():
         section, key = name.split("__")
         data[section][key] = value
@@ -60,8 +60,8 @@ class Trial:
     what: str
     value: str
     case: ProblemSettings = field(default_factory=settings)
-    design: Callable[[HalfCylinder], Floats] | None = None
-    domain: HalfCylinder | None = None
+    design: Callable[[Domain], Floats] | None = None
+    domain: Domain | None = None
     updates: int = 0
     solver: SolverName = "auto"
     threads: int = 1
@@ -80,12 +80,12 @@ class Trial:
             threads=self.threads,
         )
 
-    def chi(self, domain: HalfCylinder) -> Floats:
+    def chi(self, domain: Domain) -> Floats:
         """The design to begin with, (n_vertices,)."""
         if self.design is not None:
             return self.design(domain)
         limits = self.case.objective
-        return initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
+        return domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
 
 
 @dataclass
@@ -207,7 +207,7 @@ def gradient_error(found: Found) -> float:
     Of the physics alone: the terms of the design are exact elsewhere, and so large that they would hide it.
     """
     objective, at = found.objective, found.at
-    points = objective.domain.points * (15.0 / objective.domain.radius)
+    points = objective.domain.points * (15.0 / objective.domain.size)
     wave = np.cos(points @ [0.25, -0.4, 0.3])
     state, (lx, lp) = at.state, found.slope.adjoint
     physical, _, _ = objective.derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)

@@ -15,11 +15,11 @@ from stages.settings import ProblemSettings, Section
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.optimiser.loop import Outcome, Progress
     from actuator.solve.reduced import Evaluation, ReducedObjective
 
-VERSION = 11
+VERSION = 12
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -65,7 +65,7 @@ class Result:
     """An optimised design and its pressurised state.
 
     Attributes:
-        domain: the meshed half cylinder.
+        domain: the meshed design domain.
         chi: design field χ at the vertices, (n_vertices,), dimensionless.
         displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
@@ -78,7 +78,7 @@ class Result:
         reason: one sentence saying why the optimisation ended.
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -111,7 +111,6 @@ def run(
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
-    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
@@ -145,7 +144,7 @@ def run(
         observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
-        start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
+        start = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
         progress = optimiser.begin(start)
     else:
         progress = optimiser.resume(resume)
@@ -198,9 +197,7 @@ def least_memory(cells: int) -> float:
     return (0.45 + 6.1e-5 * cells + 5.1e-6 * cells ** (4.0 / 3.0)) * 2.0**30
 
 
-def _result(
-    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
-) -> Result:
+def _result(domain: Domain, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
     from actuator.solve.reduced import spring_elongation, wall_leak
 

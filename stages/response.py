@@ -11,7 +11,7 @@ import numpy as np
 from actuator.arrays import Floats
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.solve.equilibrium import Equilibrium, State
     from actuator.solve.path import Point
 
@@ -66,7 +66,7 @@ class Response:
     """
 
     name: str
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     records: list[dict[str, float]] = field(default_factory=list)
     negative: list[int | None] = field(default_factory=list)

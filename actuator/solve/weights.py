@@ -11,7 +11,7 @@ from math import log
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.parameters import Material
 
 #: A moment on the arm weighs as much as the force that makes it at a lever of R over this: 1 mm of the paper's 15 mm.
@@ -23,8 +23,8 @@ BALANCED = 2.736 / ((log(10.0) / (0.02 * 3.0)) ** 2 * 1e-3 * 15.0**2 / 2.736 * 1
 class Lever:
     """Vectors (n_x,) whose last entry is about θ2 and all others about displacements."""
 
-    def __init__(self, domain: HalfCylinder) -> None:
-        self.length = domain.radius / LEVERS
+    def __init__(self, domain: Domain) -> None:
+        self.length = domain.size / LEVERS
 
     def off(self, v: Floats) -> Floats:
         """A copy with the last entry over the lever: a moment as a force, N; (n_x,)."""
@@ -37,7 +37,7 @@ class Lever:
         return float(np.linalg.norm(self.off(rx)))
 
 
-def adjoint_balance(domain: HalfCylinder, material: Material) -> float:
+def adjoint_balance(domain: Domain, material: Material) -> float:
     """Factor on the adjoint's flow equations that keeps their weight beside the others what it is in the paper's case.
 
     A derivative per N/mm² counts as much as E / R derivatives per mm; its weight, the inflow, is measured by Q_s R³.
@@ -46,4 +46,4 @@ def adjoint_balance(domain: HalfCylinder, material: Material) -> float:
     """
     bulk, shear = material.bulk, material.shear
     modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
-    return float(np.exp2(np.rint(np.log2(modulus / (material.drainage * domain.radius**2) / BALANCED))))
+    return float(np.exp2(np.rint(np.log2(modulus / (material.drainage * domain.size**2) / BALANCED))))

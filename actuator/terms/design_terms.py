@@ -11,7 +11,6 @@ import numpy as np
 from numba import njit, prange
 
 from actuator.arrays import Floats
-from actuator.domains.initial_design import smooth_minimum
 from actuator.equations.assembly import Gather, scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import interpolate, ordered_sum, vertex_gradient
@@ -50,8 +49,8 @@ class DesignObjective:
         self._geometry = discretisation.geometry
         self._n = discretisation.domain.mesh.nvertices
         self.gather = gather
-        radius, width, unit = discretisation.domain.radius, objective.interface_width, objective.length_unit
-        self._limit = passive_limit(discretisation.radii / unit, radius / unit, width / unit)
+        width, unit = objective.interface_width, objective.length_unit
+        self._limit = discretisation.domain.passive_bound(discretisation.quadrature_points, width, unit)
         self._weights = (
             objective.passive_weight,
             objective.area_weight / discretisation.volume ** (2.0 / 3.0) * 8.0 / width,
@@ -63,7 +62,7 @@ class DesignObjective:
         self._shapes = (self._geometry.shape[:, :, None] * self._geometry.shape[:, None, :]).reshape(-1, 64)
         #: c_χ, and the volume of each quadrature point, (n_cells, n_q), mm³.
         self.passive_weight = objective.passive_weight
-        self.volumes: Floats = self._geometry.volume[self._geometry.section]
+        self.volumes: Floats = self._geometry.volume[self._geometry.cell_class]
 
     def value(self, chi: Floats) -> float:
         """Sum of the terms alone, to the last bit that of a whole evaluation, at a fraction of the price."""
@@ -85,7 +84,7 @@ class DesignObjective:
 
     def room(self, chi: Floats) -> Floats:
         """How far χ lies below the bound of C_χ at the quadrature points, (n_cells, n_q); negative beyond it."""
-        return self._limit[self._geometry.section] - self.at_points(chi)
+        return self._limit[self._geometry.cell_class] - self.at_points(chi)
 
     def at_points(self, chi: Floats) -> Floats:
         """A vertex field at the quadrature points, (n_cells, n_q)."""
@@ -104,19 +103,7 @@ class DesignObjective:
         geometry = self._geometry
         volume = self.volumes * (self.at_points(chi) > 0.0)
         solid = float(volume.sum())
-        return float(volume[self._limit[geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
-
-
-def passive_limit(radii: Floats, radius: float, interface_width: float) -> Floats:
-    """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R).
-
-    Args:
-        radii: r at any points; this and the other lengths in the unit of the paper's numbers.
-        radius: R.
-        interface_width: L_i.
-    """
-    smooth_radius = -smooth_minimum(radii, -radii, interface_width)
-    return 8.0 / interface_width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
+        return float(volume[self._limit[geometry.cell_class] < 0.0].sum()) / solid if solid > 0.0 else 0.0
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
@@ -129,7 +116,7 @@ def design_terms(geometry, limit, weights, chi, g, h, derivatives):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     values = np.zeros((n_cells, 4))
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         grad, project = np.empty(3), np.empty(8)
         if derivatives:
             g[e] = 0.0

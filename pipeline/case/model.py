@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, Field, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 import stages.export
@@ -24,7 +25,7 @@ from actuator.solver_name import SolverName
 from pipeline.case import text as case_text
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode, Fault
-from stages.settings import Section
+from stages.section import OneOf, Section
 
 #: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
@@ -274,8 +275,8 @@ def _section(path: case_text.Path) -> tuple[type[BaseModel] | None, case_text.Pa
         written.append(part)
         field = model.model_fields.get(part) if _is_section(model) else None
         model = field.annotation if field else None
-        if field and field.discriminator:
-            model = _kinds(tuple(written)).get(next(parts, None))
+        if field and (kinds := _kinds_of(field)):
+            model = kinds.get(next(parts, None))
     return model if _is_section(model) else None, tuple(written)
 
 
@@ -287,7 +288,13 @@ def _kinds(path: case_text.Path) -> dict[Any, type[BaseModel]]:
     """The kinds of a section that comes in several, by name."""
     parent, _ = _section(path[:-1])
     field = parent.model_fields.get(str(path[-1])) if parent else None
-    if field is None or not isinstance(field.discriminator, str):
+    return _kinds_of(field) if field else {}
+
+
+def _kinds_of(field: FieldInfo) -> dict[Any, type[BaseModel]]:
+    if registered := next((each for each in field.metadata if isinstance(each, OneOf)), None):
+        return dict(registered.kinds)
+    if not isinstance(field.discriminator, str):
         return {}
     kinds = get_args(field.annotation)
     return {name: kind for kind in kinds for name in get_args(kind.model_fields[field.discriminator].annotation)}

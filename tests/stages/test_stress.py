@@ -16,8 +16,9 @@ from benchmarks.stress_trial import Found, Trial, difference, gradient_error, ru
 from pipeline.case.model import parse_case
 from pipeline.exit_codes import ExitCode
 from stages import optimize
+from stages.domains import HalfCylinderSettings
 from stages.events import Event, Message
-from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
+from stages.settings import ObjectiveSettings, ProblemSettings
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +123,7 @@ def test_skewed_cells_hold_a_uniform_stress_and_give_an_exact_gradient(reference
 
 
 def test_cells_fifty_times_as_wide_as_thick() -> None:
-    case = settings().model_copy(update={"domain": DomainSettings(core_cells=1, rings=1, layers=100)})
+    case = settings().model_copy(update={"domain": HalfCylinderSettings(core_cells=1, rings=1, layers=100)})
     found = run(Trial("aspect", "50", case))
     assert found.converged, found.reason
     assert gradient_error(found) < 1e-5
@@ -186,7 +187,7 @@ def test_the_shift_of_the_strain_limit_is_left_out_where_it_is_the_papers() -> N
 
 
 def test_the_stiffest_spring_is_a_held_end(reference: Found) -> None:
-    coarse = DomainSettings(core_cells=3, rings=2, layers=4)
+    coarse = HalfCylinderSettings(core_cells=3, rings=2, layers=4)
     found = run(Trial("spring", "1e6", settings(load__spring_ratio=1e6).model_copy(update={"domain": coarse})))
     error, _ = held(found, reference)
     assert error < 1e-7
