@@ -46,17 +46,20 @@ class OneOf:
         return core_schema.no_info_plain_validator_function(self._read)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        found = {name: handler(kind.__pydantic_core_schema__) for name, kind in self.kinds.items()}
-        if len(found) == 1 and self.default in found:
-            return found[self.default]
-        named = [each if name == self.default else each | {"required": [self.key]} for name, each in found.items()]
-        return {"oneOf": named}
+        found = handler(self._union())["oneOf"]
+        if len(found) == 1 and self.default:
+            return dict(found[0])
+        named = zip(self.kinds, found, strict=True)
+        # A kind whose name may be left out fits, to a validator, whatever lacks it.
+        return {"oneOf": [each if name == self.default else each | {"required": [self.key]} for name, each in named]}
+
+    def _union(self) -> CoreSchema:
+        choices = {name: kind.__pydantic_core_schema__ for name, kind in self.kinds.items()}
+        return core_schema.tagged_union_schema(choices, discriminator=self.key)
 
     def _read(self, value: Any) -> Any:
         if isinstance(value, tuple(self.kinds.values())):
             return value
         if self.default and isinstance(value, Mapping):
             value = {self.key: self.default, **value}
-        choices = {name: kind.__pydantic_core_schema__ for name, kind in self.kinds.items()}
-        union = core_schema.tagged_union_schema(choices, discriminator=self.key)
-        return SchemaValidator(union).validate_python(value, strict=True)
+        return SchemaValidator(self._union()).validate_python(value, strict=True)
