@@ -263,11 +263,17 @@ class Domain(ABC):
         return weights
 
     def coinciding(self, factor: int) -> Ints:
-        """For every vertex of this mesh the number of the same point in :meth:`refined`, (n_vertices,)."""
+        """For every vertex of this mesh the number of the same point in :meth:`refined`, (n_vertices,).
+
+        Raises:
+            ValueError: if the finer mesh lacks one.
+        """
         weights = self.prolongation(factor)
         rows = np.flatnonzero(np.diff(weights.indptr) == 1)  # interpolated from one vertex alone: the same point
-        found = np.empty(weights.shape[1], dtype=np.int64)
+        found = np.full(weights.shape[1], -1)
         found[weights.indices[weights.indptr[rows]]] = rows
+        if found.min() < 0:
+            raise ValueError(f"the finer mesh lacks {np.count_nonzero(found < 0)} vertices of the coarse one")
         return found
 
     # ----------------------------------------------------------------------------------------------- the solid
@@ -277,7 +283,10 @@ class Domain(ABC):
         return pulled(self.points, self.cells)
 
     def outline(self) -> Floats:
-        """Closed polygon around the section at X1 = 0 of what is modelled, (n, 2) as (X2, X3), mm: for figures."""
+        """Closed polygon around the section at X1 = 0 of what is modelled, (n, 2) as (X2, X3), mm: for figures.
+
+        This default follows the sides of the fixed facets around a section that has no holes.
+        """
         corners = self.mesh.facets[:, self.fixed.facets].T
         middle = self.points[corners, 1:].mean(axis=1, keepdims=True)
         ray = self.points[corners, 1:] - middle

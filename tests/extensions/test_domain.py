@@ -149,6 +149,15 @@ def test_boundaries_cover_the_surface_once(domain: Box) -> None:
 
 
 @pytest.mark.parametrize("domain", [HALF, WHOLE, half_cylinder(2, 2, 2)], ids=["half", "whole", "half cylinder"])
+def test_the_outline_goes_once_around_the_fixed_facets(domain: Domain) -> None:
+    ring = Domain.outline(domain)
+    following = np.roll(ring, -1, axis=0)
+    enclosed = 0.5 * float(np.sum(ring[:, 0] * following[:, 1] - following[:, 0] * ring[:, 1]))
+    assert enclosed == pytest.approx(Discretisation(domain).volume / domain.length, rel=1e-12)
+    assert len(np.unique(ring, axis=0)) == len(ring)
+
+
+@pytest.mark.parametrize("domain", [HALF, WHOLE, half_cylinder(2, 2, 2)], ids=["half", "whole", "half cylinder"])
 def test_tetrahedra_of_any_hexahedra_fill_them_and_share_their_faces(domain: Domain) -> None:
     corners, cells = Domain.tetrahedra(domain)
     sides = domain.points[corners[:, 1:]] - domain.points[corners[:, :1]]
