@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import Field
 
 from actuator.registry import Registry
-from stages.section import OneOf, Section
+from stages.section import Kinds, Section
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
@@ -93,4 +93,4 @@ class HalfCylinderSettings(DomainSettings):
 DOMAINS: Registry[type[DomainSettings]] = Registry("domain")
 DOMAINS.register("half-cylinder", HalfCylinderSettings)
 
-AnyDomainSettings = Annotated[DomainSettings, OneOf(DOMAINS, "shape", default="half-cylinder")]
+AnyDomainSettings = Annotated[DomainSettings, Kinds(DOMAINS, "shape", default="half-cylinder")]

@@ -1,11 +1,12 @@
-"""What every section of a case file is made of."""
+"""What every section of a case file is made of, and sections that come in several kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, field_validator
+from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, field_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, SchemaValidator, core_schema
 
@@ -27,39 +28,46 @@ class Section(BaseModel):
         return value
 
 
-class OneOf:
-    """Annotates a section that comes in several kinds: one of its keys names the kind, whichever are registered.
+@dataclass(frozen=True)
+class Kinds:
+    """Marks the type of a section that comes in several kinds, told apart by one of their keys.
 
-    The section is read strictly, as a case file is. Paths in errors have the name of the kind after the section's, as
-    with pydantic's own discriminated unions.
+    Paths in errors have the name of the kind after the section's, as with pydantic's own discriminated unions.
 
-    Args:
-        kinds: the registered sections by name; looked at anew whenever a section is read.
-        key: the key whose value is the name; each kind has it as a literal.
+    Attributes:
+        known: the kinds by name, a registry for instance; asked whenever a section is read, not when this is made.
+        key: the key that tells them apart; every kind has it, a literal with its name.
         default: the kind that is meant where the key is left out; None if it must be there.
     """
 
-    def __init__(self, kinds: Mapping[str, type[Section]], key: str, *, default: str | None = None) -> None:
-        self.kinds, self.key, self.default = kinds, key, default
+    known: Mapping[str, type[Section]]
+    key: str = "name"
+    default: str | None = None
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self._read)
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        """Read a section of any kind that is known by then."""
+
+        def read(strict: bool) -> CoreSchema:
+            return core_schema.no_info_plain_validator_function(lambda value: self._read(value, strict))
+
+        return core_schema.lax_or_strict_schema(read(False), read(True))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The kinds that are known by now."""
         found = handler(self._union())["oneOf"]
         if len(found) == 1 and self.default:
             return dict(found[0])
-        named = zip(self.kinds, found, strict=True)
-        # A kind whose name may be left out fits, to a validator, whatever lacks it.
+        # Where the key is left out only the default fits.
+        named = zip(self.known, found, strict=True)
         return {"oneOf": [each if name == self.default else each | {"required": [self.key]} for name, each in named]}
 
     def _union(self) -> CoreSchema:
-        choices = {name: kind.__pydantic_core_schema__ for name, kind in self.kinds.items()}
+        choices = {name: kind.__pydantic_core_schema__ for name, kind in self.known.items()}
         return core_schema.tagged_union_schema(choices, discriminator=self.key)
 
-    def _read(self, value: Any) -> Any:
-        if isinstance(value, tuple(self.kinds.values())):
+    def _read(self, value: Any, strict: bool) -> Any:
+        if isinstance(value, tuple(self.known.values())):
             return value
         if self.default and isinstance(value, Mapping):
             value = {self.key: self.default, **value}
-        return SchemaValidator(self._union()).validate_python(value, strict=True)
+        return SchemaValidator(self._union()).validate_python(value, strict=strict)

@@ -25,7 +25,7 @@ from actuator.solver_name import SolverName
 from pipeline.case import text as case_text
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode, Fault
-from stages.section import OneOf, Section
+from stages.section import Kinds, Section
 
 #: Names become file names: no folders, nothing hidden, no ending that another artifact of a case uses.
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
@@ -293,8 +293,8 @@ def _kinds(path: case_text.Path) -> dict[Any, type[BaseModel]]:
 
 
 def _kinds_of(field: FieldInfo) -> dict[Any, type[BaseModel]]:
-    if registered := next((each for each in field.metadata if isinstance(each, OneOf)), None):
-        return dict(registered.kinds)
+    if mark := next((mark for mark in field.metadata if isinstance(mark, Kinds)), None):
+        return dict(mark.known)
     if not isinstance(field.discriminator, str):
         return {}
     kinds = get_args(field.annotation)
