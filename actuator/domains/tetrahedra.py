@@ -78,7 +78,7 @@ def swept(points: Floats, section: Ints, layers: int, step: int) -> Tetrahedra:
 
     Args:
         points: (n_vertices, 3), mm.
-        section: cells of the first layer, (n_section, 8), in scikit-fem's local order, the first axis being X1.
+        section: cells of the first layer, (n_classes, 8), in scikit-fem's local order, the first axis being X1.
         layers: how many layers there are.
         step: vertices of a section: what the numbers of the next layer's are higher by.
     """
@@ -98,7 +98,7 @@ def _positive(points: Floats, corners: Ints) -> Ints:
 
 
 def _section_triangles(points: Floats, section: Ints) -> Ints:
-    """Triangles of the first section, (2 n_section, 3)."""
+    """Triangles of the first section, (2 n_classes, 3)."""
     quad = section[:, _SECTION].astype(np.int64)
     corner = points[quad]
     first_diagonal = np.linalg.norm(corner[:, 2] - corner[:, 0], axis=1)
