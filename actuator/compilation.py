@@ -42,7 +42,6 @@ def _stamp(law: Law) -> Path:
 def _use_everything(law: Law) -> None:
     """One design update of a smallest case calls every kernel with every type of number, for one law."""
     from actuator.domains.half_cylinder import HalfCylinder
-    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.parameters import Load, Material, Objective
     from actuator.solve.reduced import ReducedObjective
@@ -64,7 +63,7 @@ def _use_everything(law: Law) -> None:
     limits = Objective(1e-3, 1.0, 1e6, 1e6, 1e5, energy_limit=0.0268, interface_width=3.0, diffusivity_length=15.0)
     objective = ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
     optimiser = Optimiser(objective, max_products=2)
-    optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, limits.interface_width)), 1)
+    optimiser.run(optimiser.begin(domain.initial_design(domain.points, limits.interface_width)), 1)
     _stamp(law).touch()
 
 

@@ -76,12 +76,12 @@ class Material:
 
 @dataclass(frozen=True)
 class Load:
-    """Actuation and environment of half an actuator.
+    """Actuation and environment of what is modelled: half an actuator, or a whole one where it has no symmetry plane.
 
     Attributes:
         pressure: p_in, N/mm² (p_out is zero).
         arm_length: L_arm, mm.
-        spring_stiffness: k_sp, N/mm.
+        spring_stiffness: k_sp, N/mm; of a whole actuator twice that of a half.
     """
 
     pressure: float
@@ -92,7 +92,7 @@ class Load:
     def from_ratios(
         cls, *, radius: float, youngs_modulus: float, pressure_ratio: float, arm_ratio: float, spring_ratio: float
     ) -> Load:
-        """Parameters from the dimensionless ratios of Table 1."""
+        """Parameters of half an actuator from the dimensionless ratios of Table 1."""
         arm_length = arm_ratio * radius
         return cls(
             pressure_ratio * youngs_modulus, arm_length, spring_ratio * youngs_modulus * radius**3 / arm_length**2

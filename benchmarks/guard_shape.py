@@ -48,7 +48,7 @@ def patch_figures() -> Iterator[Figure]:
     forces = scatter_vector(Ru, domain.node_cells, len(domain.nodes))
     x, r = domain.nodes[:, 0], np.hypot(domain.nodes[:, 1], domain.nodes[:, 2])
     # Midpoints of edges on the wall lie on chords; nodes inside are further away from it than those.
-    inside = (x > 0.0) & (x < domain.length) & (domain.nodes[:, 1] > 0.0) & (r < 0.9 * domain.radius)
+    inside = (x > 0.0) & (x < domain.length) & (domain.nodes[:, 1] > 0.0) & (r < 0.9 * domain.size)
     left = float(np.abs(forces[inside]).max() / np.abs(forces).max())
     yield error("patch test: forces inside", left, rounding=ROUNDING)
 

@@ -16,7 +16,7 @@ from stages.similarity import Units, similar
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.optimiser.loop import Outcome, Progress, Record
     from actuator.solve.reduced import Evaluation, ReducedObjective
 
@@ -66,7 +66,7 @@ class Result:
     """An optimised design and its pressurised state.
 
     Attributes:
-        domain: the meshed half cylinder.
+        domain: the meshed design domain.
         chi: design field χ at the vertices, (n_vertices,), dimensionless.
         displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
@@ -79,7 +79,7 @@ class Result:
         reason: one sentence saying why the optimisation ended.
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -112,7 +112,6 @@ def run(
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
-    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
@@ -147,7 +146,7 @@ def run(
         observer(DesignUpdate(_recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
-        start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
+        start = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
         progress = optimiser.begin(start)
     else:
         progress = optimiser.resume(resume)
@@ -211,7 +210,7 @@ def least_memory(cells: int) -> float:
 
 
 def _result(
-    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
+    domain: Domain, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
 ) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
     from actuator.solve.reduced import spring_elongation, wall_leak

@@ -25,7 +25,7 @@ from stages.settings import ProblemSettings, Section
 from stages.similarity import similar
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.solve.equilibrium import Equilibrium
     from actuator.solve.path import Control, Point
     from actuator.solve.pressurisation import Pressurisation
@@ -71,14 +71,14 @@ class Design:
     """An optimised design and its state.
 
     Attributes:
-        domain: half cylinder.
+        domain: the mesh of the optimisation.
         chi: χ at the vertices, (n_vertices,).
         displacement: u at the nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
         arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -167,7 +167,7 @@ def run(
 
 def thresholded(
     design: Design, refinement: refine.Settings, threshold: float, settings: Settings, observer: Observer = silent
-) -> tuple[HalfCylinder, Floats]:
+) -> tuple[Domain, Floats]:
     """The refined and filtered design with a steep interface where the exported surface is, and its mesh.
 
     χ' = sharpness (χ̄ - threshold): scaled, not clipped, so that the zero set of the interpolated field stays.
@@ -179,7 +179,7 @@ def thresholded(
     return design.domain, chi[design.domain.coinciding(refinement.factor)]
 
 
-def _equilibrium(domain: HalfCylinder, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
+def _equilibrium(domain: Domain, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
     from actuator.solve.equilibrium import Equilibrium
 
     return Equilibrium(

@@ -70,7 +70,7 @@ def cell_permeability(geometry, c, chi, e, slope):
     k falls by decades within a cell. Its arithmetic mean is that of the most open corner; the geometric mean lies
     between flow along layers of unlike permeability and flow across them.
     """
-    s, vertices = geometry.section[e], geometry.cells[e]
+    s, vertices = geometry.cell_class[e], geometry.cells[e]
     volume, mean = 0.0, 0.0 * chi[0]
     for a in range(8):
         slope[a] = mean
@@ -93,7 +93,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
 
     Args:
         geometry: :class:`actuator.equations.discretisation.Geometry`.
-        source: Q_in at the quadrature points, (n_section, n_q), mm²/(N s).
+        source: Q_in at the quadrature points, (n_classes, n_q), mm²/(N s).
         c: :class:`actuator.material.constants.Constants`.
         chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
         stressed: whether Ru is wanted; only Rp is computed otherwise.
@@ -105,7 +105,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     lowest = np.empty(n_cells)
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)

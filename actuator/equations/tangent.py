@@ -30,8 +30,7 @@ class Tangent:
         self._geometry, self._kinematics = discretisation.geometry, kinematics
         geometry, domain = self._geometry, discretisation.domain
         n_cells, n_x, n_p = len(geometry.cells), kinematics.size, domain.mesh.nvertices
-        # The cells that touch Γ: those of the last layer.
-        self._tip_cells = np.arange(n_cells - domain.section_cells, n_cells)
+        self._tip_cells = domain.tip_cells
         local = np.full(len(domain.nodes), -1)
         local[kinematics.tip] = np.arange(len(kinematics.tip))
         self._tip_local = local[geometry.node_cells[self._tip_cells]]  # (n_tip_cells, 20)

@@ -25,7 +25,8 @@ def refuse_too_large(job: Job, running: Collection[str]) -> None:
     case = job.case
     cells = case.domain.cells
     finer = cells * case.refine.factor**3
-    coarser = "lower domain.core_cells, domain.rings or domain.layers"
+    *most, last = (f"domain.{key}" for key in case.domain.counts)
+    coarser = f"lower {' or '.join([', '.join(most), last] if most else [last])}"
     needs = {
         "optimize": (cells, stages.optimize.least_memory(cells), coarser),
         "refine": (finer, stages.refine.least_memory(finer), "lower refine.factor"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +16,14 @@ from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.updates import FIELDS, Kept
 from pipeline.store import artifact, vtkhdf
 from pipeline.store.artifact import Dataset
+from stages.domains import DOMAINS
 
 if TYPE_CHECKING:
     import stages.mirror
     import stages.optimize
     import stages.refine
     import stages.simulate
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from stages.response import Response
 
 Content = tuple[dict[str, Dataset], vtkhdf.GridPaths]
@@ -87,7 +88,7 @@ def of_optimize(result: stages.optimize.Result, kept: Kept | None = None) -> Con
     return datasets | _updates(domain, kept), replace(grid, series=series)
 
 
-def _updates(domain: HalfCylinder, kept: Kept) -> dict[str, Dataset]:
+def _updates(domain: Domain, kept: Kept) -> dict[str, Dataset]:
     """Fields of the vertices, one update after the other, as VTK reads them."""
     from scipy.special import expit  # as in of_optimize
 
@@ -104,7 +105,7 @@ def _updates(domain: HalfCylinder, kept: Kept) -> dict[str, Dataset]:
     }
 
 
-def _corners(domain: HalfCylinder) -> Dataset:
+def _corners(domain: Domain) -> Dataset:
     cells = domain.cells[:, vtkhdf.vtk_order()[:8]].astype(np.int64)
     return Dataset(cells.ravel(), "1", "vertices of the cells, 8 each, in VTK's order")
 
@@ -179,18 +180,21 @@ def _states(name: str, response: Response) -> tuple[dict[str, Dataset], vtkhdf.G
     return datasets, grid
 
 
-def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:
+def design(path: Path, stage: str) -> tuple[Domain, Floats]:
     """Domain and χ at its vertices from the artifact of ``optimize`` or ``refine``.
 
     Raises:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
-    from actuator.domains.half_cylinder import HalfCylinder  # scikit-fem: only where a stage works on the design
-
-    names = [field.name for field in fields(HalfCylinder)]
-    chi, *sizes = artifact.read(path, stage, "vertices/chi", *(f"domain/{name}" for name in names))
+    chi = artifact.read(path, stage, "vertices/chi")[0]
     refuse_not_finite(path, "vertices/chi", chi)
-    return HalfCylinder(*(size.item() for size in sizes)), chi
+    stored = artifact.read_group(path, stage, "domain")
+    shape = stored.pop("shape", "without a name")
+    if shape not in DOMAINS:
+        known = ", ".join(DOMAINS)
+        sentence = f"{path}: its design domain, {shape}, is none of {known}; register it, or make the file again."
+        raise Fault(ExitCode.ARTIFACT, sentence)
+    return DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()}), chi
 
 
 def refuse_not_finite(path: Path, name: str, values: Floats) -> None:
@@ -242,11 +246,8 @@ def _json_value(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _domain(domain: HalfCylinder) -> dict[str, Dataset]:
-    units = {"radius": "mm", "length": "mm"}
+def _domain(domain: Domain) -> dict[str, Dataset]:
     return {
-        f"domain/{field.name}": Dataset(
-            getattr(domain, field.name), units.get(field.name, "1"), f"{field.name} of the half cylinder"
-        )
-        for field in fields(domain)
+        "domain/shape": Dataset(domain.shape, "", "which design domain"),
+        **{f"domain/{name}": Dataset(*parameter) for name, parameter in domain.parameters.items()},
     }

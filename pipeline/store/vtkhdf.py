@@ -20,7 +20,7 @@ from pipeline.store.atomic import replacing_hdf5
 if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, scikit-fem where a mesh is
     import h5py
 
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
 
 #: The grid of a file, and its series: the design updates of an optimisation.
 GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
@@ -29,8 +29,8 @@ GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
 CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
 
-# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as HalfCylinder is: its default
-# reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
+# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as those of all domains are: its
+# default reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
 _SWAPPED_FACES = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]
 
 
@@ -86,7 +86,7 @@ def vtk_order() -> NDArray[np.int64]:
     return np.array(HEX_MAPPING[:20], dtype=np.int64)[_SWAPPED_FACES]
 
 
-def on_nodes(domain: HalfCylinder, vertex_field: NDArray[np.float64]) -> NDArray[np.float64]:
+def on_nodes(domain: Domain, vertex_field: NDArray[np.float64]) -> NDArray[np.float64]:
     """A field of the vertices on the nodes of the 20-node cells: on an edge, the mean of its ends."""
     return np.concatenate([vertex_field, vertex_field[domain.mesh.edges].mean(axis=0)])
 

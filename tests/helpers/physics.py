@@ -15,6 +15,7 @@ from skfem import Basis, ElementHex1, ElementHexS2
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.equations.kernels import residual
@@ -22,7 +23,8 @@ from actuator.equations.quadrature import hexahedron_14
 from actuator.equations.tangent_kernels import PACKED, tangent
 from actuator.material.constants import Constants, constants_of
 from actuator.parameters import Load, Material, Objective
-from stages.settings import DomainSettings, LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
 
 RADIUS = LENGTH = 15.0
 IDENTITY = np.eye(3)
@@ -40,7 +42,7 @@ def parameters(
 ) -> tuple[Material, Load, Objective]:
     """The paper's parameters, Eq. (14) as printed, with some of the case file's settings replaced."""
     return ProblemSettings(
-        domain=DomainSettings(radius=RADIUS, length=LENGTH),
+        domain=HalfCylinderSettings(radius=RADIUS, length=LENGTH),
         material=MaterialSettings(**(material or {})),
         load=LoadSettings(**(load or {})),
         objective=ObjectiveSettings(**({"strain_energy_shift": "4/L_i"} | objective)),
@@ -104,7 +106,7 @@ def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Constants) -> Fl
 # ------------------------------------------------------------------------------------- fields and residuals
 
 
-def bases(domain: HalfCylinder) -> tuple[Basis, Basis]:
+def bases(domain: Domain) -> tuple[Basis, Basis]:
     """Trilinear and 20-node bases of scikit-fem on every cell of the mesh, with the 14-point rule."""
     rule = hexahedron_14()
     return (Basis(domain.mesh, element, quadrature=rule) for element in (ElementHex1(), ElementHexS2()))
@@ -162,7 +164,7 @@ def no_source(discretisation: Discretisation) -> Floats:
     return np.zeros_like(discretisation.geometry.volume)
 
 
-def boundary_nodes(domain: HalfCylinder) -> NDArray[np.bool_]:
+def boundary_nodes(domain: Domain) -> NDArray[np.bool_]:
     """Which of the 20-node element's nodes lie on the surface of the half cylinder."""
     basis = Basis(domain.mesh, ElementHexS2(), intorder=1)
     on_boundary = np.zeros(basis.N, dtype=bool)

@@ -15,7 +15,6 @@ from physics import IDENTITY, Floats, boundary_nodes, half_cylinder, no_source, 
 from scipy.optimize import brentq
 
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.equations.discretisation import Discretisation
 from actuator.material.constants import constants_of
 from actuator.material.laws import neo_hooke
@@ -80,7 +79,7 @@ def test_lagrangian_gradient_and_its_complex_step(law: Law) -> None:
 
 @compiled(REDUCED)
 def test_state_of_an_actuator_reduces_to_neo_hooke(law: Law) -> None:
-    chi = initial_design(DOMAIN.points, 15.0, 3.0)
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
     found, due = (objective_of(each, 1e-11).evaluate(chi) for each in (law, neo_hooke.EXAMPLE))
     assert np.abs(due.state.displacement).max() > 0.05
     assert found.state.displacement == pytest.approx(due.state.displacement, rel=1e-9, abs=1e-10)
@@ -126,7 +125,7 @@ def test_patch_in_uniaxial_tension(law: Law) -> None:
 def test_gradient_and_hessian_of_the_converged_objective(law: Law) -> None:
     """Against central differences of states solved anew, with every term of the objective at work."""
     objective = objective_of(law, 1e-12, strain_limit=0.04)
-    chi = initial_design(DOMAIN.points, 15.0, 3.0)
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
     d = np.cos(DOMAIN.points @ [0.25, -0.4, 0.3])
     start = objective.evaluate(chi)
     assert start.measures["energy_ratio"] > 1.0

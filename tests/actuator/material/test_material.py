@@ -7,10 +7,20 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from physics import LENGTH, RADIUS, STRETCH, Floats, coefficients, first_piola, parameters, ramp, strain_energy
+from physics import (
+    LENGTH,
+    RADIUS,
+    STRETCH,
+    Floats,
+    coefficients,
+    first_piola,
+    half_cylinder,
+    parameters,
+    ramp,
+    strain_energy,
+)
 
-from actuator.domains.initial_design import initial_design, smooth_minimum
-from actuator.domains.source import pressure_source
+from actuator.domains.smooth_minimum import smooth_minimum
 from actuator.material.constants import Constants
 from actuator.material.elasticity import energy_density
 from actuator.material.ersatz import (
@@ -24,6 +34,7 @@ from actuator.material.ersatz import (
 )
 
 C = coefficients()
+DOMAIN = half_cylinder()
 CHI = [-700.0, -60.0, -20.0, -8.0, -3.3, -0.7, 0.0, 0.1, 1.9, 5.0, 12.0, 30.0, 45.0, 700.0]
 ONE = Decimal(1)
 
@@ -151,16 +162,21 @@ def test_parameters_of_table_1() -> None:
 # ---------------------------------------------------------------------------------- fields of the appendices
 
 
+def source_at(r: float) -> float:
+    """Q_in at a distance from the axis."""
+    return float(100.0 * C.drainage * DOMAIN.inlet(np.array([1.0, 0.6 * r, -0.8 * r])))
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.15, 0.17, 0.2, 0.22, 0.249, 0.25, 0.3, 1.0])
 def test_source_of_appendix_a(ratio: float) -> None:
     bracket = max(10.0 * ratio - 1.5, 0.0)
     expected = 100.0 * C.drainage * (1.0 - np.sin(0.5 * np.pi * min(1.0, bracket)) ** 2)
-    source = pressure_source(np.array([ratio * RADIUS]), RADIUS, C.drainage)[0]
+    source = source_at(ratio * RADIUS)
     assert source == pytest.approx(expected, rel=1e-13, abs=1e-13 * C.drainage)
 
 
 def test_source_is_zero_outside_a_quarter_of_the_radius() -> None:
-    inside, outside = pressure_source(np.array([0.14, 0.26]) * RADIUS, RADIUS, C.drainage)
+    inside, outside = source_at(0.14 * RADIUS), source_at(0.26 * RADIUS)
     assert inside == 100.0 * C.drainage
     assert abs(outside) < 1e-28 * C.drainage
 
@@ -184,7 +200,7 @@ def test_initial_design_of_appendix_c() -> None:
     tube = 8.0 / (3.0 * width) * wall - 0.1 * np.where(points[:, 2] > 0.0, points[:, 2], 0.0)
     passive = 8.0 / width * log_sum_exp_minimum(RADIUS - r, r - 0.3 * RADIUS, width)
     expected = log_sum_exp_minimum(tube, passive, width)
-    assert initial_design(points, RADIUS, width) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    assert DOMAIN.initial_design(points, width) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------- hyperelasticity
