@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import log
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
-from actuator.material.laws.coefficients import NEO_HOOKE, Law
+#: Coefficients of a hyperelastic law over its initial shear modulus, a named tuple of :mod:`actuator.material.laws`.
+Law: TypeAlias = tuple[float, ...]
 
 
 def drainage_ratio(interface_width: float) -> float:
@@ -37,7 +38,7 @@ class Material:
     solid_permeability: float
     drainage: float
     hessian_penalty: float
-    law: Law = NEO_HOOKE
+    law: Law
 
     @classmethod
     def from_ratios(
@@ -52,7 +53,7 @@ class Material:
         void_permeability_rate: float,
         permeability_contrast: float,
         hessian_regularisation: float,
-        law: Law = NEO_HOOKE,
+        law: Law,
     ) -> Material:
         """Parameters from the dimensionless ratios of Table 1; c_r = α L² K_s."""
         bulk = youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))

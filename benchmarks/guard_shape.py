@@ -12,7 +12,7 @@ from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.helmholtz import helmholtz_filter
 from actuator.equations.kernels import residual
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from benchmarks.figures import Figure, error
 from benchmarks.small_cases import SMALL, problem
 from stages import export, mirror
@@ -37,7 +37,7 @@ def patch_figures() -> Iterator[Figure]:
     residual(
         discretisation.geometry,
         np.zeros_like(discretisation.geometry.volume),
-        Coefficients.of(*settings.parameters()),
+        constants_of(*settings.parameters()),
         PATCH_DESIGN * ones,
         u,
         PATCH_PRESSURE * ones,

@@ -17,7 +17,8 @@ from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
 from actuator.failure import SolveFailure
-from actuator.material.ersatz import Coefficients, drainage, permeability, sigmoid, stiffness
+from actuator.material.constants import Constants, constants_of
+from actuator.material.ersatz import drainage, permeability, sigmoid, stiffness
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.path import Control, Point, begin, follow
 from actuator.solve.pressurisation import Pressurisation
@@ -127,7 +128,7 @@ def patch_error(domain: Domain) -> float:
     if not geometry.volume.min() > 0.0:
         raise ValueError("a cell of the mesh is turned inside out")
     gradient = np.array([[0.20, 0.10, -0.05], [-0.15, -0.05, 0.20], [0.08, -0.12, -0.02]])
-    c = Coefficients.of(*settings().parameters())._replace(hessian_penalty=0.0)
+    c = constants_of(*settings().parameters())._replace(hessian_penalty=0.0)
     ones = np.ones(domain.mesh.nvertices)
     Ru, Rp = np.empty((len(geometry.cells), 20, 3)), np.empty((len(geometry.cells), 8))
     residual(
@@ -148,7 +149,7 @@ def law_error(chi: float) -> float:
 
     What lies below the smallest number of double precision counts as zero.
     """
-    c = Coefficients.of(*settings().parameters())
+    c = constants_of(*settings().parameters())
     exact = _exact_laws(chi, c)
     found = (sigmoid(chi), *stiffness(chi, c), *permeability(chi, c), *drainage(chi, c))
     if not np.isfinite(found).all():
@@ -162,7 +163,7 @@ def law_error(chi: float) -> float:
     return float(max(errors, default=Fraction(0)))
 
 
-def _exact_laws(chi: float, c: Coefficients) -> tuple[Fraction, ...]:
+def _exact_laws(chi: float, c: Constants) -> tuple[Fraction, ...]:
     rho, low = _density(Fraction(chi)), _density(Fraction(chi) + 8)
     penalty, contrast = Fraction(c.ramp_penalty), Fraction(c.stiffness_contrast)
     span, divisor = Fraction(c.solid_permeability) - Fraction(c.void_permeability), 1 + penalty * (1 - rho)

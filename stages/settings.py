@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
+from pydantic import Field, field_validator
 
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
-from stages.laws import LawSettings, NeoHookeSettings, short_form_too
+from stages.laws import AnyLawSettings, NeoHookeSettings
 from stages.section import Section
 
 __all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
@@ -25,15 +25,7 @@ class MaterialSettings(Section):
     void_permeability_rate: float = Field(1000.0, gt=0, description="k_v E / L² [1/s]")
     permeability_contrast: float = Field(1.0e-6, gt=0, lt=1, description="k_s / k_v [-]")
     hessian_regularisation: float = Field(1.0e-6, ge=0, description="α = c_r / (L² K_s) [-]")
-    law: LawSettings = Field(
-        NeoHookeSettings(), description="hyperelastic law of the solid", json_schema_extra=short_form_too
-    )
-
-    @model_serializer(mode="wrap")
-    def _without_default_law(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave the paper's law out, so that cases and artifacts from before there were others keep their keys."""
-        data: dict[str, Any] = handler(self)
-        return {key: value for key, value in data.items() if key != "law" or self.law != NeoHookeSettings()}
+    law: AnyLawSettings = Field(NeoHookeSettings(), description="hyperelastic law of the solid")
 
 
 #: Largest spring ratio: a stiffer spring's force drowns in rounding, and this one is within 1e-7 of a held arm's end.

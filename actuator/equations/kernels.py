@@ -94,7 +94,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     Args:
         geometry: :class:`actuator.equations.discretisation.Geometry`.
         source: Q_in at the quadrature points, (n_classes, n_q), mm²/(N s).
-        c: :class:`actuator.material.ersatz.Coefficients`.
+        c: :class:`actuator.material.constants.Constants`.
         chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
         stressed: whether Ru is wanted; only Rp is computed otherwise.
         Ru, Rp: results, (n_cells, 20, 3) in N and (n_cells, 8) in mm³/s.
@@ -135,9 +135,9 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
             pressure = interpolate(p, vertices, geometry.shape[q])
             if stressed:
                 trace = left_cauchy_green(F, b)
-                E = stiffness(x, c)[0]
+                factor = stiffness(x, c)[0]
                 log_J = np.log(J)
-                kirchhoff_stress(c, E, E * c.bulk * log_J - J * pressure, log_J, trace, b)
+                kirchhoff_stress(c, factor, factor * c.bulk * log_J - J * pressure, log_J, trace, b)
                 for i in range(3):
                     for j in range(3):
                         P[i, j] = dx * (b[i, 0] * Finv[j, 0] + b[i, 1] * Finv[j, 1] + b[i, 2] * Finv[j, 2])

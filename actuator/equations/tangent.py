@@ -12,7 +12,7 @@ from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kinematics import Kinematics
 from actuator.equations.tangent_kernels import PACKED, tangent
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants
 
 _UPPER = np.triu_indices(20)
 
@@ -80,7 +80,7 @@ class Tangent:
         self.xp, self.px = self._xp.matrix(self._xp_data), self._px.matrix(self._px_data)
         self.pp = self.darcy.matrix(self._pp_data)
 
-    def assemble(self, source: Floats, c: Coefficients, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
+    def assemble(self, source: Floats, c: Constants, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
         """Evaluate all blocks in place.
 
         Args:

@@ -53,11 +53,11 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             x = interpolate(chi, vertices, geometry.shape[q])
             pressure = interpolate(p, vertices, geometry.shape[q])
             trace = left_cauchy_green(F, b)
-            E = stiffness(x, c)[0]
+            factor = stiffness(x, c)[0]
             log_J = np.log(J)
             gradient20 = geometry.gradient20[s, q]
             mechanical_block(
-                c, dx, E, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
+                c, dx, factor, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
             )
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)

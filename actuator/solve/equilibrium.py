@@ -15,7 +15,7 @@ from actuator.equations.tangent import Tangent
 from actuator.equations.tangent_kernels import darcy_metric, darcy_tangent
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, Statistics, make_solver
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from actuator.parameters import Load, Material, Objective
 from actuator.solve.flow import Flow, FlowWorkspace, Inverted
 from actuator.solve.linearisation import Linearisation, Work, Workspace
@@ -62,7 +62,7 @@ class Equilibrium:
         self.discretisation = Discretisation(domain, scheme)
         self.geometry = self.discretisation.geometry
         self.kinematics = Kinematics(domain, load, scheme.element)
-        self.coefficients = Coefficients.of(material, load, objective)
+        self.coefficients = constants_of(material, load, objective)
         self.source = self.discretisation.source(material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
         self.tolerance, self.solver, self.threads = tolerance, solver, threads

@@ -7,9 +7,10 @@ import json
 import math
 import os
 import re
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, Field, ValidationError
 from pydantic.fields import FieldInfo
@@ -285,20 +286,15 @@ def _is_section(model: Any) -> bool:
     return isinstance(model, type) and issubclass(model, BaseModel)
 
 
-def _kinds(path: case_text.Path) -> dict[Any, type[BaseModel]]:
-    """The kinds of a section that comes in several, by name."""
+def _kinds_of(field: FieldInfo) -> Mapping[Any, type[BaseModel]]:
+    """The kinds by name of a section that comes in several; none if it does not."""
+    return next((mark.known for mark in field.metadata if isinstance(mark, Kinds)), {})
+
+
+def _kinds(path: case_text.Path) -> Mapping[Any, type[BaseModel]]:
     parent, _ = _section(path[:-1])
     field = parent.model_fields.get(str(path[-1])) if parent else None
     return _kinds_of(field) if field else {}
-
-
-def _kinds_of(field: FieldInfo) -> dict[Any, type[BaseModel]]:
-    if mark := next((mark for mark in field.metadata if isinstance(mark, Kinds)), None):
-        return dict(mark.known)
-    if not isinstance(field.discriminator, str):
-        return {}
-    kinds = get_args(field.annotation)
-    return {name: kind for kind in kinds for name in get_args(kind.model_fields[field.discriminator].annotation)}
 
 
 def _keys(path: case_text.Path) -> list[str]:

@@ -305,7 +305,7 @@ def convert(
         typer.echo(result_json("convert", {"source": str(source)}, [target]))
 
 
-app.command()(cli_fit.fit)
+app.command(cls=cli_fit.FitCommand)(cli_fit.fit)
 app.command()(cli_report.report)
 app.command()(cli_measured.compare)
 

@@ -4,19 +4,30 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
+
+from pipeline.cli import completion
 
 
-class FittedLaw(StrEnum):
-    """Laws to fit."""
+class FitCommand(TyperCommand):
+    """The command, which looks the names of the laws up when it is asked for: a program may have added some."""
 
-    ALL = "all"
-    NEO_HOOKE = "neo-hooke"
-    MOONEY_RIVLIN = "mooney-rivlin"
-    YEOH = "yeoh"
-    OGDEN = "ogden"
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The parameters, with the laws that there are in the place of the value of ``--law``."""
+        found = super().get_params(ctx)
+        for parameter in found:
+            if parameter.name == "law":
+                parameter.metavar = f"<{'|'.join(completion.laws(''))}>"
+        return found
+
+
+def _known(law: str) -> str:
+    if law not in (known := completion.laws("")):
+        raise typer.BadParameter(f"'{law}' is not one of {', '.join(map(repr, known))}.")
+    return law
 
 
 class StressUnit(StrEnum):
@@ -29,7 +40,9 @@ class StressUnit(StrEnum):
 
 def fit(
     data: Annotated[Path, typer.Argument(metavar="CSV", help="Columns stretch (or strain) and engineering stress.")],
-    law: Annotated[FittedLaw, typer.Option("--law", help="Law to fit.")] = FittedLaw.ALL,
+    law: Annotated[
+        str, typer.Option("--law", help="Law to fit.", callback=_known, autocompletion=completion.laws)
+    ] = "all",
     terms: Annotated[int, typer.Option("--terms", help="Most terms of the Ogden law, 1 to 3.")] = 2,
     unit: Annotated[
         StressUnit | None, typer.Option("--unit", help="Unit of the stress, unless the header has it. Default: MPa.")
@@ -43,6 +56,6 @@ def fit(
     """Fit material laws to a uniaxial tension test and print the section for a case file."""
     from pipeline.measured.fitting import fit_file
 
-    options = {"law": law.value, "terms": terms, "strain_limit": strain_limit}
+    options = {"law": law, "terms": terms, "strain_limit": strain_limit}
     report = fit_file(data, options, unit.value if unit else None, plot=plot)
     typer.echo(report.as_json() if as_json else report.as_text())

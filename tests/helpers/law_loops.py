@@ -24,8 +24,11 @@ from physics import (
 from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
-from actuator.material.laws.coefficients import Law, MooneyRivlin, Ogden, Yeoh
+from actuator.material.constants import Constants, constants_of
+from actuator.material.laws.mooney_rivlin import MooneyRivlin
+from actuator.material.laws.ogden import Ogden
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from actuator.terms.lagrangian import lagrangian_gradient
 from actuator.terms.strain_energy import strain_energy_excess
 
@@ -37,9 +40,9 @@ LAWS: dict[str, Law] = {
 TINY = 1e-40
 
 
-def coefficients(law: Law, **changes: float) -> Coefficients:
+def coefficients(law: Law, **changes: float) -> Constants:
     material, load, objective = parameters()
-    return Coefficients.of(dataclasses.replace(material, law=law), load, objective)._replace(**changes)
+    return constants_of(dataclasses.replace(material, law=law), load, objective)._replace(**changes)
 
 
 def fields(domain: Domain) -> tuple[Floats, Floats, Floats]:

@@ -21,7 +21,7 @@ from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.equations.kernels import residual
 from actuator.equations.quadrature import hexahedron_14
 from actuator.equations.tangent_kernels import PACKED, tangent
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants, constants_of
 from actuator.parameters import Load, Material, Objective
 from stages.domains import HalfCylinderSettings
 from stages.settings import LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
@@ -49,9 +49,9 @@ def parameters(
     ).parameters()
 
 
-def coefficients(**changes: float) -> Coefficients:
+def coefficients(**changes: float) -> Constants:
     """The paper's constants, some of them replaced."""
-    return Coefficients.of(*parameters())._replace(**changes)
+    return constants_of(*parameters())._replace(**changes)
 
 
 def random_rotation(seed: int) -> Floats:
@@ -66,16 +66,16 @@ def density(chi: Floats) -> Floats:
     return 1.0 / (1.0 + np.exp(-chi))
 
 
-def ramp(chi: Floats, c: Coefficients) -> Floats:
+def ramp(chi: Floats, c: Constants) -> Floats:
     rho = density(chi)
     return c.stiffness_contrast + (1.0 - c.stiffness_contrast) * rho / (1.0 + c.ramp_penalty * (1.0 - rho))
 
 
-def permeability(chi: Floats, c: Coefficients) -> Floats:
+def permeability(chi: Floats, c: Constants) -> Floats:
     return c.void_permeability + (c.solid_permeability - c.void_permeability) * density(chi + 8.0)
 
 
-def fitted_permeability(chi: Floats, c: Coefficients, dx: Floats) -> Floats:
+def fitted_permeability(chi: Floats, c: Constants, dx: Floats) -> Floats:
     """Geometric mean over each cell of k (s / sinh s)², s = h/2 sqrt(Q_out / k), for cells of volume h³ = Σ dx.
 
     χ and dx are (n_cells, n_q), the result (n_cells, 1).
@@ -85,14 +85,14 @@ def fitted_permeability(chi: Floats, c: Coefficients, dx: Floats) -> Floats:
     return np.exp((dx * np.log(k * (s / np.sinh(s)) ** 2)).sum(axis=1, keepdims=True) / volume)
 
 
-def strain_energy(F: Floats, factor: Floats, c: Coefficients) -> Floats:
+def strain_energy(F: Floats, factor: Floats, c: Constants) -> Floats:
     """Ψ for F (..., 3, 3): Simo, Taylor & Pister's neo-Hooke with both moduli scaled."""
     J = np.linalg.det(F)
     trace = np.einsum("...ij,...ij->...", F, F)
     return factor * (0.5 * c.bulk * np.log(J) ** 2 + 0.5 * c.shear * (J ** (-2.0 / 3.0) * trace - 3.0))
 
 
-def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Coefficients) -> Floats:
+def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Constants) -> Floats:
     """P = ((K ln J - J p) I + G J^(-2/3) dev(F Fᵀ)) F⁻ᵀ of Eq. (6), for F (..., 3, 3); real or complex."""
     J = np.linalg.det(F)
     b = np.einsum("...ik,...jk->...ij", F, F)
@@ -125,7 +125,7 @@ def deformation_gradients(basis: Basis, u: Floats) -> Floats:
 
 
 def nodal_residuals(
-    geometry: Geometry, source: Floats, c: Coefficients, chi: Floats, u: Floats, p: Floats
+    geometry: Geometry, source: Floats, c: Constants, chi: Floats, u: Floats, p: Floats
 ) -> tuple[Floats, Floats]:
     """Assembled element residuals without any boundary condition: forces (n_nodes, 3) and flows (n_vertices,)."""
     n_cells = len(geometry.cells)
@@ -136,7 +136,7 @@ def nodal_residuals(
 
 
 def element_tangents(
-    geometry: Geometry, source: Floats, c: Coefficients, chi: Floats, u: Floats, p: Floats
+    geometry: Geometry, source: Floats, c: Constants, chi: Floats, u: Floats, p: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Blocks uu, up, pu, pp of every element, as matrices of 60 displacements (node by node) and 8 pressures."""
     n = len(geometry.cells)

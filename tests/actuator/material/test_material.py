@@ -21,9 +21,9 @@ from physics import (
 )
 
 from actuator.domains.smooth_minimum import smooth_minimum
+from actuator.material.constants import Constants
 from actuator.material.elasticity import energy_density
 from actuator.material.ersatz import (
-    Coefficients,
     drainage,
     inverse,
     left_cauchy_green,
@@ -43,22 +43,22 @@ def rho(chi: Decimal) -> Decimal:
     return ONE / (ONE + (-chi).exp())
 
 
-def exact_stiffness(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_stiffness(chi: Decimal, c: Constants) -> Decimal:
     contrast, penalty = Decimal(c.stiffness_contrast), Decimal(c.ramp_penalty)
     return contrast + (ONE - contrast) * rho(chi) / (ONE + penalty * (ONE - rho(chi)))
 
 
-def exact_permeability(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_permeability(chi: Decimal, c: Constants) -> Decimal:
     solid, void = Decimal(c.solid_permeability), Decimal(c.void_permeability)
     tail = (-chi - 8).exp()
     return (solid + void * tail) / (ONE + tail)
 
 
-def exact_drainage(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_drainage(chi: Decimal, c: Constants) -> Decimal:
     return Decimal(c.drainage) * rho(chi)
 
 
-def exact_fitted_permeability(chi: Decimal, c: Coefficients, size: Decimal) -> Decimal:
+def exact_fitted_permeability(chi: Decimal, c: Constants, size: Decimal) -> Decimal:
     k = exact_permeability(chi, c)
     twice = size * (exact_drainage(chi, c) / k).sqrt()
     return k * (twice / ((twice / 2).exp() - (-twice / 2).exp())) ** 2
@@ -70,8 +70,8 @@ LAWS = {
     "drainage": (drainage, exact_drainage),
 }
 law = pytest.mark.parametrize(("ours", "paper"), LAWS.values(), ids=LAWS.keys())
-Ours = Callable[[complex, Coefficients], tuple[complex, complex]]
-Paper = Callable[[Decimal, Coefficients], Decimal]
+Ours = Callable[[complex, Constants], tuple[complex, complex]]
+Paper = Callable[[Decimal, Constants], Decimal]
 
 
 @pytest.mark.parametrize("chi", CHI)

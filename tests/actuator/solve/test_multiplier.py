@@ -22,7 +22,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import BilinearForm, ElementHexS2, FacetBasis
 
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from actuator.solve.equilibrium import Equilibrium, State
 
 DOMAIN = half_cylinder(1, 1, 3)
@@ -50,7 +50,7 @@ class MultiplierForm:
 
     def __init__(self, spring_ratio: float) -> None:
         material, self.load, objective = parameters(load={"spring_ratio": spring_ratio})
-        self.c = Coefficients.of(material, self.load, objective)
+        self.c = constants_of(material, self.load, objective)
         self.discretisation = Discretisation(DOMAIN)
         self.source = self.discretisation.source(material.drainage)
         self.tip = np.flatnonzero(DOMAIN.nodes[:, 0] == DOMAIN.length)
