@@ -71,12 +71,13 @@ class Kinds:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The kinds that are known by now."""
-        found = handler(self._union())["oneOf"]
-        if len(found) == 1 and self.default:
-            return dict(found[0])
+        union = handler(self._union())
+        kinds = dict(zip(self.known, union["oneOf"], strict=True))
+        if len(kinds) == 1 and self.default:
+            return dict(kinds[self.default])
         # Where the key is left out only the default fits.
-        named = zip(self.known, found, strict=True)
-        return {"oneOf": [each if name == self.default else each | {"required": [self.key]} for name, each in named]}
+        named = [kind if name == self.default else kind | {"required": [self.key]} for name, kind in kinds.items()]
+        return union | {"oneOf": named}
 
     def _union(self) -> CoreSchema:
         choices = {name: kind.__pydantic_core_schema__ for name, kind in self.known.items()}

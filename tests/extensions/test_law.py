@@ -130,10 +130,9 @@ from stages.settings import ProblemSettings
 assert find_spec("made_up_law") is None
 settings = ProblemSettings.model_validate({"domain": {"core_cells": 2, "rings": 1, "layers": 3}})
 from actuator.solve.reduced import ReducedObjective
-from actuator.domains.initial_design import initial_design
 domain = settings.domain.build()
 objective = ReducedObjective(domain, *settings.parameters(), threads=1)
-objective.evaluate(initial_design(domain.points, domain.radius, 3.0))
+objective.evaluate(domain.initial_design(domain.points, 3.0))
 sys.stdout.write(str(sum(residual.stats.cache_misses.values())))
 """
 
