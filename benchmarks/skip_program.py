@@ -156,7 +156,7 @@ def _runs(folder: Path) -> Iterator[Skip]:
     )
     everything = _modules(folder, "-c", EVERYTHING)
     for arguments in (("--help",), ("status", "tiny.yaml"), ("run", "tiny.yaml", "--dry-run")):
-        name, command = f"`poro {' '.join(arguments)}`", ("-m", "pipeline.cli", *arguments)
+        name, command = f"`poro {' '.join(arguments)}`", ("-m", "poro", *arguments)
         counts = everything, _modules(folder, *command)
         yield count_skip(IMPORTS, f"modules of {name}", "all imported", "modules", counts)
         row = time_skip(
@@ -172,7 +172,7 @@ def _runs(folder: Path) -> Iterator[Skip]:
 
 
 def _reruns(folder: Path) -> Iterator[Skip]:
-    run = ("-m", "pipeline.cli", "run", "tiny.yaml", "--threads", "1", "--output", ".")
+    run = ("-m", "poro", "run", "tiny.yaml", "--threads", "1", "--output", ".")
     _python(folder, *run)
     first = _files(folder)
 
@@ -195,8 +195,8 @@ def _reruns(folder: Path) -> Iterator[Skip]:
     _python(folder, *run, "--fresh", "--force")
     made = set(_files(folder))
     for command in (("plot", "tiny.h5"), ("report", "tiny.h5"), ("export", "tiny.h5", "--youngs", "1.0")):
-        _python(folder, "-m", "pipeline.cli", *command)
-    _python(folder, "-m", "pipeline.cli", "check", "tiny.stl")
+        _python(folder, "-m", "poro", *command)
+    _python(folder, "-m", "poro", "check", "tiny.stl")
     asked = set(_files(folder))
     yield count_skip(
         OUTPUT,
@@ -213,7 +213,7 @@ def _reruns(folder: Path) -> Iterator[Skip]:
         longer = text.replace("max_updates: 1", f"max_updates: 4, keep_updates: {every}")
         (folder / f"{name}.yaml").write_text(longer, encoding="utf-8")
         arguments = ("optimize", f"{name}.yaml", "--threads", "1", "--output", ".", "--force", "--fresh", "--json")
-        _python(folder, "-m", "pipeline.cli", *arguments)
+        _python(folder, "-m", "poro", *arguments)
         return float((folder / f"{name}.h5").stat().st_size)
 
     yield count_skip(

@@ -98,6 +98,11 @@ class Result:
     summary: dict[str, Any]
     finished: bool
 
+    @property
+    def curves(self) -> dict[str, dict[str, Floats]]:
+        """Columns of every field's curve along its path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
+        return {name: response.curves for name, response in self.responses.items()}
+
 
 def run(
     design: Design,

@@ -20,6 +20,7 @@ from pipeline.cli import completion
 from pipeline.cli import fit as cli_fit
 from pipeline.cli import report as cli_report
 from pipeline.cli import study as cli_study
+from pipeline.cli.figure_format import FigureFormat
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.runs.interruption import heeded
 from pipeline.store.stage_names import STAGES, Stage
@@ -164,24 +165,22 @@ def simulate(
     simulating.refuse_unfinished(job)
 
 
-class Picture(StrEnum):
-    """Formats of figures."""
-
-    PNG = "png"
-    SVG = "svg"
-
-
 @app.command()
 def plot(
     case: Source,
-    format: Annotated[Picture, typer.Option("--format", help="Of histories and section; views are PNG.")] = Picture.PNG,
+    format: Annotated[
+        FigureFormat, typer.Option("--format", help="Of what matplotlib draws; views are PNG.")
+    ] = FigureFormat.PNG,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="Draw this figure, such as section; may be repeated.")
+    ] = None,
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Draw an optimised design: histories (also as CSV), section with pressure, and views."""
+    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
     from pipeline.runs import perform as commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format, as_json=as_json))
+    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
 
 
 class Direction(StrEnum):
@@ -251,7 +250,7 @@ def slice_part(
         list[float] | None, typer.Option("--height", help="Write the slice at this height, mm; may be repeated.")
     ] = None,
     format: Annotated[
-        Picture | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
+        FigureFormat | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
     ] = None,
     pixel: Annotated[float, typer.Option("--pixel", help="Side of a pixel of a slice as PNG, mm.")] = 0.05,
     as_json: Json = False,
@@ -261,10 +260,10 @@ def slice_part(
 
     sliced = slicing.sliced(part, layer, direction.value, lambda text: typer.echo(text, err=True))
     if numbers or heights:
-        slices = sliced.draw(numbers or [], heights or [], (format or Picture.SVG).value, pixel)
+        slices = sliced.draw(numbers or [], heights or [], (format or FigureFormat.SVG).value, pixel)
         typer.echo(slicing.as_json(slices) if as_json else slicing.slices_text(slices))
     else:
-        overview = sliced.overview((format or Picture.PNG).value)
+        overview = sliced.overview((format or FigureFormat.PNG).value)
         typer.echo(slicing.as_json(overview) if as_json else slicing.overview_text(overview))
 
 

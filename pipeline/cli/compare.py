@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from pipeline.cli.figure_format import FigureFormat
+
 
 class Field(StrEnum):
     """Designs that are simulated."""
@@ -30,13 +32,6 @@ class Sensor(StrEnum):
     AUTO = "auto"
     RISES = "rises"
     FALLS = "falls"
-
-
-class Drawing(StrEnum):
-    """Formats of the figure."""
-
-    PNG = "png"
-    SVG = "svg"
 
 
 def compare(
@@ -73,7 +68,7 @@ def compare(
     smoothing: Annotated[
         float | None, typer.Option("--smoothing", help="Half window of the curves over full scale. Default: 0.02.")
     ] = None,
-    format: Annotated[Drawing, typer.Option("--format", help="Of the figure.")] = Drawing.PNG,
+    format: Annotated[FigureFormat, typer.Option("--format", help="Of the figure.")] = FigureFormat.PNG,
     output: Annotated[
         Path | None,
         typer.Option(

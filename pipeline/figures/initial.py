@@ -13,15 +13,15 @@ from actuator.domains.source import pressure_source
 from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
 from actuator.geometry.zero_set import solid_boundary
 from pipeline.figures.offscreen import ABOVE, BODY
-from pipeline.figures.painting import paint, projection
-from pipeline.results.design import Design
+from pipeline.figures.shading import draw_solid, projection
+from pipeline.results.design import OptimisedDesign
 
 EDGE, DOMAIN, SOURCE = "#2f7fc1", "#3a3f45", "#c00000"
 #: Points across a section.
 FINE = 401
 
 
-def initial_figure(design: Design) -> Figure:
+def initial(design: OptimisedDesign) -> Figure:
     """Half the initial solid in the domain, the section across the axis, and the one in the symmetry plane."""
     domain, (material, _, limits) = design.domain, design.case.optimize.parameters()
     radius, length, widths = domain.radius, domain.length, (limits.interface_width, limits.length_unit)
@@ -73,14 +73,14 @@ def _source_radius(radius: float, drainage: float) -> float:
     return float(radii[strength >= 0.5 * strength[0]].max())
 
 
-def _solid(axes: Axes, design: Design, widths: tuple[float, float]) -> None:
+def _solid(axes: Axes, design: OptimisedDesign, widths: tuple[float, float]) -> None:
     domain = design.domain
     radius, length = domain.radius, domain.length
     tets = tetrahedra(domain)
     half = solid_boundary(
         domain.points, tets, outer_triangles(domain, tets), initial_design(domain.points, radius, *widths)
     )
-    paint(axes, half, ABOVE, BODY, zorder=2)
+    draw_solid(axes, half, ABOVE, BODY, zorder=2)
     rows = projection(ABOVE)[:2]
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 91)
     for x1, order in ((0.0, 1), (length, 3)):

@@ -23,11 +23,11 @@ def write_curves(job: Job, reporter: Reporter) -> None:
     simulation, rig = read_simulation(job.artifact("simulate")), rig_units(job.case)
     atomic.write_bytes(job.files.curves, as_csv(simulation, rig).encode())
     try:
-        from pipeline.figures import (
-            response as path_plot,  # loads a drawing library; if it fails, the curves are still there
-        )
+        # Loads a drawing library; if it fails, the curves are still there.
+        from pipeline.figures.response import response
+        from pipeline.figures.saving import save
 
-        path_plot.write(path_plot.pressure_displacement(simulation, rig), job.files.curves_picture)
+        save(response(simulation, rig), job.files.curves_picture)
     except Exception as error:
         reporter.say(f"no figure of the curves: {error}")
         reporter.log.warning("drawing failed", exc_info=True)

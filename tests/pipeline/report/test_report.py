@@ -18,7 +18,8 @@ from command_line import Poro, edited
 from lxml.html import HtmlElement
 from synthetic import EXAMPLE
 
-from pipeline.figures import plots
+from pipeline.figures import designs, views
+from pipeline.figures.offscreen import CannotDraw
 from pipeline.report import page as report
 from pipeline.results.simulation import read_simulation
 from pipeline.store import atomic
@@ -233,18 +234,19 @@ def test_comparison_of_another_version_is_refused(poro: Poro, folder: Path, quic
 
 def test_simulation_is_drawn_in_the_report(folder: Path, simulation: Path) -> None:
     design = report.read_design(folder / "tiny.h5")
-    drawn = plots.draw(design, "pressure", "svg", simulation)
-    assert b"<path" in drawn.data
+    format, data = designs.drawn(design, "pressure", "svg")
+    assert (format, b"<path" in data) == ("svg", True)
 
 
 def test_design_without_solid_is_reported(
     poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch, quickly: None
 ) -> None:
-    from pipeline.report.view3d import model_of
+    from pipeline.report.view3d import displayed
 
     with edited(folder / "tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
-    monkeypatch.setattr(report, "model_of", model_of)
+    (folder / "tiny.solid.h5").unlink()
+    monkeypatch.setattr(report, "displayed", displayed)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "3D view: Nothing is solid" in ended.out
@@ -254,9 +256,12 @@ def test_design_without_solid_is_reported(
 
 
 def test_without_opengl_the_report_says_so(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "KINDS", [kind for kind in report.KINDS if kind.name == "views"])
-    monkeypatch.setattr(report, "model_of", lambda design: None)
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    def ended_badly(*_: object) -> None:
+        raise CannotDraw("VTK cannot draw on this machine.")
+
+    monkeypatch.setattr(designs, "figures_of", lambda design: {"views": designs.FIGURES["views"]})
+    monkeypatch.setattr(report, "displayed", lambda design: None)
+    monkeypatch.setattr(views, "drawn_apart", ended_badly)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "Views: VTK cannot draw" in ended.out
