@@ -1,4 +1,4 @@
-"""Drawing of a uniaxial test and the laws fitted to it."""
+"""The figure of a uniaxial test and the laws fitted to it."""
 
 from __future__ import annotations
 

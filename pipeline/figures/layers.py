@@ -1,4 +1,4 @@
-"""Drawings of layers: the area against the height, a slice in mm, and a slice as a printer's mask."""
+"""Layers of a part: the figure of area against height, a slice in mm, and a slice as a printer's mask."""
 
 from __future__ import annotations
 
