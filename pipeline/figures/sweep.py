@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.results.wording import shown
+from pipeline.results.wording import formatted
 
 #: What is drawn: column and label.
 DRAWN = {
@@ -67,7 +67,7 @@ def _curves(
             curves.setdefault(tuple(row[key] for key in others), []).append(place)
     for combination, points in curves.items():
         x, y = zip(*sorted(points), strict=True)
-        axes.plot(x, y, "o-", markersize=4, label=", ".join(map(_shown, combination)))
+        axes.plot(x, y, "o-", markersize=4, label=", ".join(map(_brief, combination)))
     _name_words(axes, ticks, "x")
 
 
@@ -87,7 +87,7 @@ def _map(
     for name, key, listed in (("x", keys[0], ticks[0]), ("y", keys[1], ticks[1])):
         every = -(-len(listed) // MOST_TICKS)
         axes.set(**{f"{name}label": key, f"{name}ticks": range(0, len(listed), every)})
-        axes.set(**{f"{name}ticklabels": [_shown(value) for value in listed[::every]]})
+        axes.set(**{f"{name}ticklabels": [_brief(value) for value in listed[::every]]})
     figure.colorbar(image, ax=axes)
 
 
@@ -98,11 +98,11 @@ def _place(value: Any, ticks: list[Any]) -> float:
 
 def _name_words(axes: Axes, ticks: list[Any], name: str) -> None:
     if not _numbers(ticks):
-        axes.set(**{f"{name}ticks": range(len(ticks)), f"{name}ticklabels": [_shown(value) for value in ticks]})
+        axes.set(**{f"{name}ticks": range(len(ticks)), f"{name}ticklabels": [_brief(value) for value in ticks]})
 
 
-def _shown(value: Any) -> str:
-    return shown(value, 3)
+def _brief(value: Any) -> str:
+    return formatted(value, 3)
 
 
 def _numbers(values: list[Any]) -> bool:

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pipeline.case.model import Case
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.paper import Reference, on_the_papers_mesh
-from pipeline.results.wording import duration, shown
+from pipeline.results.wording import duration, formatted
 
 Summary = Mapping[str, Any]
 
@@ -202,7 +202,7 @@ def settings(case: Case) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
             yield (
                 section,
                 [
-                    (key, shown(getattr(values, key)), field.description or "")
+                    (key, formatted(getattr(values, key)), field.description or "")
                     for key, field in type(values).model_fields.items()
                 ],
             )
@@ -216,9 +216,9 @@ def leaves(found: Any, name: str = "") -> Iterator[Entry]:
     elif isinstance(found, list | tuple) and (len(found) > 6 or any(isinstance(each, Mapping) for each in found)):
         yield Entry(name, f"{len(found)} entries")
     elif isinstance(found, list | tuple):
-        yield Entry(name, ", ".join(shown(each) for each in found))
+        yield Entry(name, ", ".join(formatted(each) for each in found))
     else:
-        yield Entry(name, shown(found))
+        yield Entry(name, formatted(found))
 
 
 def count(number: int, what: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def shown(value: Any, digits: int = 6, none: str = "none") -> str:
+def formatted(value: Any, digits: int = 6, none: str = "none") -> str:
     """A value of a summary, a setting or a table.
 
     Args:

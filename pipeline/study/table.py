@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from pipeline.results.wording import shown
+from pipeline.results.wording import formatted
 from pipeline.store import atomic
 from pipeline.store import tables as table_file
 from pipeline.study.sweep import Sweep
@@ -86,7 +86,7 @@ def as_markdown(sweep: Sweep, table: list[Row]) -> str:
         "",
         "| " + " | ".join(f"{name}{units.get(name, '')}" for name in names) + " |",
         "|" + "---|" * len(names),
-        *("| " + " | ".join(shown(row[name], 4, none="") for name in names) + " |" for row in table),
+        *("| " + " | ".join(formatted(row[name], 4, none="") for name in names) + " |" for row in table),
     ]
     failed = [row for row in table if row["sentence"]]
     if failed:
