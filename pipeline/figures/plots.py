@@ -30,10 +30,10 @@ from pipeline.figures.offscreen import drawn_apart, with_fewer_colours
 from pipeline.figures.response import pressure_displacement
 from pipeline.results.design import Design
 from pipeline.results.simulation import read_simulation
-from pipeline.store import contents
 from pipeline.store.atomic import write_bytes
 from pipeline.store.tables import as_csv
-from pipeline.store.vtkhdf import vtk_order
+from stages.datasets import vtk_order
+from stages.design import HISTORY
 
 # Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
@@ -139,7 +139,7 @@ def path_figure(simulation: Path) -> Figure:
 
 def history_table(design: Design) -> str:
     """All columns of the history as CSV, with their units in the first line."""
-    units = contents.HISTORY
+    units = HISTORY
     names = sorted(design.history, key=[*units, *design.history].index)
     rows = zip(*(design.history[name] for name in names), strict=True)
     heading = (f"{name} [{units.get(name, '1')}]" for name in names)

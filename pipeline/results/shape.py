@@ -11,7 +11,7 @@ import stages.refine
 from actuator.arrays import Floats
 from actuator.geometry.sampling import sampled
 from actuator.geometry.zero_set import Surface
-from pipeline.store import vtkhdf
+from stages.datasets import vtk_order
 
 if TYPE_CHECKING:
     from pipeline.results.design import Design
@@ -44,4 +44,4 @@ def fields_at(design: Design, points: Floats) -> tuple[dict[str, Floats], Floats
     factor = design.case.refine.factor
     fine, carry = design.domain.refined(factor), design.domain.prolongation(factor)
     fields = {"pressure": carry @ design.pressure, "density": expit(carry @ design.chi)}
-    return sampled(fine.points, fine.cells[:, vtkhdf.vtk_order()[:8]], points, fields, carry @ design.displacement)
+    return sampled(fine.points, fine.cells[:, vtk_order()[:8]], points, fields, carry @ design.displacement)

@@ -89,7 +89,7 @@ def _limited(folder: Path, largest_file: int, *arguments: str) -> subprocess.Com
     """Call the program with a limit on the size of files, which fails as a full disk does."""
     limited = (
         f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({largest_file}, {largest_file})); "
-        f"from pipeline.cli import call; import sys; sys.exit(call({list(arguments)!r}))"
+        f"from pipeline.cli.app import call; import sys; sys.exit(call({list(arguments)!r}))"
     )
     return subprocess.run([sys.executable, "-c", limited], cwd=folder, capture_output=True, text=True, check=False)
 

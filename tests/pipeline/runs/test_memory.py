@@ -17,7 +17,7 @@ from pipeline.exit_codes import ExitCode
 SHORT = """
 import resource, sys
 from actuator.linear import pardiso, superlu
-from pipeline.cli import call
+from pipeline.cli.app import call
 
 def short(cls, factorise):
     def limited(self, data):
