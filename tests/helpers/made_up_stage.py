@@ -1,4 +1,4 @@
-"""A stage that the program does not have: what the solid weighs. It is what another program would bring, in one file."""
+"""A stage that the program does not have, as another program would bring it, in one file: what the solid weighs."""
 
 from __future__ import annotations
 
