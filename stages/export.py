@@ -13,10 +13,11 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import LooseBodies, UnreadableSolid
+from actuator.failure import LooseBodies
 from stages.datasets import Packed, Product, surface
 from stages.events import Message, Observer, silent
-from stages.formats import FORMATS, decode
+from stages.formats import FORMATS
+from stages.inspection import inspect
 from stages.settings import Section
 from stages.task import Task
 
@@ -58,38 +59,6 @@ class Settings(Section):
 
 
 @dataclass(frozen=True)
-class Inspection:
-    """What a reader finds in the bytes of a file, after merging equal vertices.
-
-    Attributes:
-        format: name of the file's format.
-        size: number of bytes.
-        vertices, triangles: counts after merging.
-        watertight: every edge has exactly two triangles.
-        winding_consistent: the two agree on orientation.
-        volume: enclosed volume, mm³.
-        area: surface area, mm².
-        bounding_box: lower and upper corner, mm.
-        bodies: volume of every separate body, mm³, largest first; those after the first are floating islands.
-        cavities: volume of every enclosed void, mm³, largest first.
-        euler_number: vertices - edges + triangles.
-    """
-
-    format: str
-    size: int
-    vertices: int
-    triangles: int
-    watertight: bool
-    winding_consistent: bool
-    volume: float
-    area: float
-    bounding_box: tuple[tuple[float, float, float], tuple[float, float, float]]
-    bodies: tuple[float, ...]
-    cavities: tuple[float, ...]
-    euler_number: int
-
-
-@dataclass(frozen=True)
 class Result:
     """The file and what was found when it was read back.
 
@@ -101,9 +70,8 @@ class Result:
         watertight: read back.
         bounding_box: lower and upper corner, (2, 3), mm, read back.
         passed: whether every check of the file passed.
-        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`Inspection`), ``islands`` (the removed
-            ones, volume in mm³ and centre in mm), ``decimated`` (triangles left
-            out), ``moved`` (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
+        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`~stages.inspection.Inspection`), ``islands``
+            (the removed ones, volume in mm³ and centre in mm), ``decimated`` (triangles left out), ``moved`` (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
     """
 
     data: bytes
@@ -196,40 +164,6 @@ def _listed(islands: list[Shell]) -> str:
     ]
     more = [f"and {len(islands) - SHOWN} smaller ones"] if len(islands) > SHOWN else []
     return "; ".join(shown + more)
-
-
-def inspect(data: bytes, format: str) -> Inspection:
-    """Read the bytes of a file of a registered format, of this program or any other, and measure what is in them.
-
-    Raises:
-        actuator.failure.UnreadableSolid: if the bytes are no such file, or hold no triangle.
-    """
-    # trimesh and manifold3d: only where a file is written or read.
-    import trimesh
-
-    from actuator.geometry.solid import component_volumes, rounded
-
-    mesh = decode(data, format)
-    surface = rounded(mesh.vertices, mesh.faces)
-    if not len(surface.triangles):
-        raise UnreadableSolid(f"The {format} file holds no triangles; export the part again.")
-    merged = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
-    volumes = component_volumes(surface)
-    low, high = merged.bounds.tolist()
-    return Inspection(
-        format=format,
-        size=len(data),
-        vertices=len(surface.vertices),
-        triangles=len(surface.triangles),
-        watertight=bool(merged.is_watertight),
-        winding_consistent=bool(merged.is_winding_consistent),
-        volume=float(volumes.sum()),
-        area=float(merged.area),
-        bounding_box=(tuple(low), tuple(high)),
-        bodies=tuple(volumes[volumes > 0.0].tolist()),
-        cavities=tuple((-volumes[volumes < 0.0][::-1]).tolist()),
-        euler_number=int(merged.euler_number),
-    )
 
 
 def start(task: Task) -> Result:

@@ -98,7 +98,11 @@ def run_command() -> Command:
 
 
 def status(case: Source, output: Output = None, as_json: Json = False) -> None:
-    """Say which stages are up to date, and why others are not."""
+    """Say which stages are up to date, and why others are not.
+
+    What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
+    The commands that run stages go by the case file and their own options: without the option they make it again.
+    """
     from pipeline.runs import perform as commands
     from pipeline.runs import plan_text
 
