@@ -71,7 +71,8 @@ class Result:
         bounding_box: lower and upper corner, (2, 3), mm, read back.
         passed: whether every check of the file passed.
         report: ``manifold`` (what manifold3d did), ``file`` (the :class:`~stages.inspection.Inspection`), ``islands``
-            (the removed ones, volume in mm³ and centre in mm), ``decimated`` (triangles left out), ``moved`` (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
+            (the removed ones, volume in mm³ and centre in mm), ``decimated`` (triangles left out), ``moved``
+            (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
     """
 
     data: bytes

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.runs.files import Files
 from pipeline.store import atomic
+from pipeline.store.files import Files
 
 
 @contextmanager

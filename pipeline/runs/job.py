@@ -9,10 +9,10 @@ from typing import Any
 
 from pipeline.case.model import Case, changed, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.runs.files import Files
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
+from pipeline.store.files import Files
 from stages.chain import GOAL, STAGES, Option, followers, path_to
 from stages.formats import FORMATS
 

@@ -12,7 +12,7 @@ import trimesh
 from command_line import TINY, Poro
 
 from pipeline.exit_codes import ExitCode
-from pipeline.runs.files import Files
+from pipeline.store.files import Files
 from stages.formats import FORMATS, by_trimesh
 
 HERE = ("--output", ".")

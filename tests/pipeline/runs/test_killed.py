@@ -15,7 +15,7 @@ import pytest
 from command_line import POSIX_SIGNALS, PROGRAM, TINY, environment
 
 from pipeline.exit_codes import ExitCode
-from pipeline.runs.files import Files
+from pipeline.store.files import Files
 from stages.chain import GOAL, path_to
 
 CASE = TINY.replace("max_updates: 1", "max_updates: 3")
