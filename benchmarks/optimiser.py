@@ -30,7 +30,7 @@ from actuator.threads import use_threads
 from benchmarks.gradient_descent import GradientDescent
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 from pipeline.case.model import find_case, read_case
-from pipeline.store.vtkhdf import vtk_order
+from stages.datasets import vtk_order
 from stages.optimize import Settings
 from stages.settings import DomainSettings
 

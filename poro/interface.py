@@ -26,7 +26,7 @@ import stages.refine
 import stages.rig
 import stages.simulate
 import stages.slices
-from pipeline.case.model import Case, find_case, mistakes
+from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.comparison import prediction_of
@@ -117,7 +117,7 @@ def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:
 def _checked(data: dict[str, Any]) -> Case:
     if wrong := mistakes(data):
         raise Fault(ExitCode.USAGE, "\n".join(f"{sentence}." for _, sentence in wrong))
-    return Case.model_validate(data, strict=True)
+    return case_type().model_validate(data, strict=True)
 
 
 def _compute(case: Case, threads: int | None) -> stages.optimize.Compute:

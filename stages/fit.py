@@ -31,7 +31,7 @@ CHECKED = 400
 class Settings(Section):
     """What to fit."""
 
-    law: LawName | Literal["all"] = Field("all", description="law to fit, or all")
+    law: Literal[LawName, "all"] = Field("all", description="law to fit, or all")
     terms: int = Field(2, ge=1, le=MOST_TERMS, description="most terms of the Ogden law [-]")
     strain_limit: float = Field(0.14, gt=0, le=100, description="strain up to which a law must be stable at least [-]")
 

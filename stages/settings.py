@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
+from pydantic import Field, field_validator
 
 from actuator.parameters import Load, Material, Objective
 from stages.laws import LawSettings, NeoHookeSettings, short_form_too
@@ -52,12 +52,6 @@ class MaterialSettings(Section):
         NeoHookeSettings(), description="hyperelastic law of the solid", json_schema_extra=short_form_too
     )
 
-    @model_serializer(mode="wrap")
-    def _without_default_law(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave the paper's law out, so that cases and artifacts from before there were others keep their keys."""
-        data: dict[str, Any] = handler(self)
-        return {key: value for key, value in data.items() if key != "law" or self.law != NeoHookeSettings()}
-
 
 #: Largest spring ratio: a stiffer spring's force drowns in rounding, and this one is within 1e-7 of a held arm's end.
 STIFFEST_SPRING = 1e6
@@ -98,13 +92,6 @@ class ObjectiveSettings(Section):
     length_unit: float = Field(
         1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
     )
-
-    @model_serializer(mode="wrap")
-    def _without_the_papers_readings(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave the paper's 1 mm and its shift out, for the same reason as the default law."""
-        papers = {"length_unit": 1.0, "strain_energy_shift": None}
-        data: dict[str, Any] = handler(self)
-        return {key: value for key, value in data.items() if key not in papers or value != papers[key]}
 
 
 class ProblemSettings(Section):

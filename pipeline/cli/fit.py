@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-
-class FittedLaw(StrEnum):
-    """Laws to fit."""
-
-    ALL = "all"
-    NEO_HOOKE = "neo-hooke"
-    MOONEY_RIVLIN = "mooney-rivlin"
-    YEOH = "yeoh"
-    OGDEN = "ogden"
-
-
-class StressUnit(StrEnum):
-    """Units of stress."""
-
-    MPA = "MPa"
-    KPA = "kPa"
-    PA = "Pa"
+#: Units of stress.
+StressUnit = Literal["MPa", "kPa", "Pa"]
 
 
 def fit(
     data: Annotated[Path, typer.Argument(metavar="CSV", help="Columns stretch (or strain) and engineering stress.")],
-    law: Annotated[FittedLaw, typer.Option("--law", help="Law to fit.")] = FittedLaw.ALL,
+    law: Annotated[str, typer.Option("--law", help="Law to fit, or all.")] = "all",
     terms: Annotated[int, typer.Option("--terms", help="Most terms of the Ogden law, 1 to 3.")] = 2,
     unit: Annotated[
         StressUnit | None, typer.Option("--unit", help="Unit of the stress, unless the header has it. Default: MPa.")
@@ -43,6 +27,6 @@ def fit(
     """Fit material laws to a uniaxial tension test and print the section for a case file."""
     from pipeline.measured.fitting import fit_file
 
-    options = {"law": law.value, "terms": terms, "strain_limit": strain_limit}
-    report = fit_file(data, options, unit.value if unit else None, plot=plot)
+    options = {"law": law, "terms": terms, "strain_limit": strain_limit}
+    report = fit_file(data, options, unit, plot=plot)
     typer.echo(report.as_json() if as_json else report.as_text())

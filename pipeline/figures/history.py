@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.results.design import OptimisedDesign
-from pipeline.store import contents
 from pipeline.store.tables import as_csv
+from stages.design import HISTORY
 
 
 def history(design: OptimisedDesign) -> Figure:
@@ -30,8 +30,7 @@ def history(design: OptimisedDesign) -> Figure:
 
 def history_table(design: OptimisedDesign) -> str:
     """All columns of the history as CSV, with their units in the first line."""
-    units = contents.HISTORY
-    names = sorted(design.history, key=[*units, *design.history].index)
+    names = sorted(design.history, key=[*HISTORY, *design.history].index)
     rows = zip(*(design.history[name] for name in names), strict=True)
-    heading = (f"{name} [{units.get(name, '1')}]" for name in names)
+    heading = (f"{name} [{HISTORY.get(name, '1')}]" for name in names)
     return as_csv(heading, ([f"{value:.10g}" for value in row] for row in rows))

@@ -14,7 +14,7 @@ from PIL import Image
 
 from pipeline.figures.offscreen import ABOVE, BODY, PAPER, drawn_apart
 from pipeline.results.design import OptimisedDesign
-from pipeline.store.vtkhdf import vtk_order
+from stages.datasets import vtk_order
 
 SIZE = (1400, 1000)
 ZOOM = 1.3

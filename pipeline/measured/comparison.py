@@ -18,9 +18,9 @@ from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.measurement import Measurement
 from pipeline.results.json_output import result_json
 from pipeline.results.simulation import read_simulation
+from pipeline.runs.job import Job
 from pipeline.store import artifact, contents
 from pipeline.store.atomic import write_bytes
-from pipeline.store.job import Job
 from stages import compare
 from stages.rig import scaled
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.case.model import number_text
+from pipeline.case.messages import number_text
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.json_output import result_json

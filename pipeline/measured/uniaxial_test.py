@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from actuator.arrays import Floats
-from pipeline.case.text import shown
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, shown
 from pipeline.measured.titles import name_and_unit
 from pipeline.store.tables import Table, open_table
 

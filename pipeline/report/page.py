@@ -29,12 +29,12 @@ from pipeline.results import paper
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.simulation import Simulation, read_simulation
 from pipeline.results.wording import duration
-from pipeline.runs.plan import plan
+from pipeline.runs.job import Job
+from pipeline.runs.plan import status
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
 from pipeline.store.atomic import write_bytes
-from pipeline.store.job import Job
-from pipeline.store.stage_names import STAGES
+from stages.chain import GOAL, STAGES, path_to
 
 WEB = resources.files("pipeline.report") / "web"
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
@@ -159,10 +159,12 @@ def _gather(job: Job, check: bool) -> Gathered:
 
 def _stages(job: Job) -> Iterator[StageRow]:
     """The stages and their artifacts, in order."""
-    last = job.given is not None and job.given.stage == STAGES[-1]
-    steps = {step.stage: step for step in plan(replace(job, given=None) if last else job)}
+    last = job.given is not None and job.given.stage == GOAL
+    steps = {step.stage: step for step in status(replace(job, given=None) if last else job)}
     for stage in STAGES:
         path, step = job.artifact(stage), steps.get(stage)
+        if not path.is_file() and stage not in path_to(GOAL):
+            continue
         if not path.is_file():
             yield StageRow(stage, path, "missing", "", None, {})
             continue

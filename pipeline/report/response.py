@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.report.rows import Entry, count
-from pipeline.results.simulation_text import sentences
+from stages.curves import sentences
 
 Summary = dict[str, Any]
 

@@ -13,8 +13,9 @@ import stages.refine
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import Fault
-from pipeline.store import artifact, contents, vtkhdf
-from pipeline.store.job import Files
+from pipeline.store import artifact, contents
+from pipeline.store.files import Files
+from stages.datasets import vtk_order
 
 if TYPE_CHECKING:
     from actuator.geometry.zero_set import Surface
@@ -115,7 +116,7 @@ class OptimisedDesign(stages.optimize.Result):
         _, factor = self._shape
         fine, carry = self.domain.refined(factor), self.domain.prolongation(factor)
         fields = {"pressure": carry @ self.relative_pressure, "density": expit(carry @ self.chi)}
-        corners = fine.cells[:, vtkhdf.vtk_order()[:8]]
+        corners = fine.cells[:, vtk_order()[:8]]
         return sampled(fine.points, corners, points, fields, carry @ self.vertex_displacement)
 
 

@@ -11,6 +11,7 @@ from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
 from pipeline.store import artifact, contents
 from pipeline.store import tables as table_file
+from stages.curves import UNITS
 from stages.response import COLUMNS
 from stages.rig import scaled
 from stages.settings import ProblemSettings
@@ -82,7 +83,7 @@ def read_simulation(path: Path) -> Simulation:
 
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
     """All curves as one table with the units in its first line, and in the rig's units if they are given."""
-    heading = ["field", *(f"{name} [{contents.CURVE_UNITS.get(name, '1')}]" for name in COLUMNS)]
+    heading = ["field", *(f"{name} [{UNITS.get(name, '1')}]" for name in COLUMNS)]
     lengths = ("elongation", "T1", "T3")
     if rig:
         heading += ["rig_pressure [kPa]", *(f"rig_{name} [mm]" for name in lengths)]

@@ -19,10 +19,10 @@ from typing import IO, Any
 from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.wording import duration
+from pipeline.runs.job import make_job
 from pipeline.runs.plan import Step, plan
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
-from pipeline.store.job import Files, Job
 from pipeline.study.study import Study, Variant
 
 #: Seconds that an interrupted case gets to store what it has, until it is told again, and between two looks at the
@@ -122,10 +122,9 @@ class Sweep:
         Raises:
             Fault: if an artifact in the way is unreadable (ARTIFACT).
         """
-        path, case = self.case_file(variant), variant.case
+        path = self.case_file(variant)
         # As open_job would find it, without reading the case file again.
-        files = Files(path.parent, case.name, f"{case.name}.{case.export.format}")
-        return plan(Job(path, case, "", case.export, files), last=self.study.until)
+        return plan(make_job(path, variant.case, "", path.parent), last=self.study.until)
 
     def complete(self, variant: Variant) -> bool:
         """Whether nothing is missing or stale."""

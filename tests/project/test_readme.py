@@ -11,7 +11,7 @@ from command_line import TINY, Poro
 from documents import ROOT, follow
 from synthetic import EXAMPLE
 
-from pipeline.case.model import Case
+from pipeline.case.model import case_type
 from pipeline.exit_codes import ExitCode
 
 README_PATH = ROOT / "README.md"
@@ -57,4 +57,4 @@ def test_exit_codes_are_those_of_the_program() -> None:
 
 def test_sections_are_those_of_a_case_file() -> None:
     listed = {name for row in table("section") for name in re.findall(r"`(\w+)`", row)}
-    assert listed == set(Case.model_fields)
+    assert listed == set(case_type().model_fields)

@@ -23,11 +23,12 @@ from pipeline.exit_codes import ExitCode
 from pipeline.figures.response import response
 from pipeline.results.simulation import RigUnits, as_csv, read_simulation
 from pipeline.runs import progress
-from pipeline.runs.execution import _simulated_design
 from pipeline.store import artifact, vtkhdf
+from pipeline.store.contents import Stored
 from stages.events import Event, LoadStep
 from stages.refine import Settings as Refinement
 from stages.settings import DomainSettings, LoadSettings, ProblemSettings
+from stages.simulate import optimised
 
 #: The columns that other commands read.
 CONTRACT = {
@@ -212,7 +213,7 @@ def test_a_path_that_is_lost_is_stored_and_said(folder: Path, poro: Poro) -> Non
 
 
 def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     calm = ProblemSettings(load=LoadSettings(pressure_ratio=0.0))
     with pytest.raises(InvalidSettings, match=r"set load\.pressure_ratio above zero"):
         stages.simulate.run(design, calm, stages.simulate.Settings())
@@ -230,7 +231,7 @@ def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypat
 
 
 def test_the_thresholded_field_keeps_the_surface_and_steepens_it(folder: Path) -> None:
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     settings = stages.simulate.Settings(sharpness=5.0)
     domain, chi = stages.simulate.thresholded(design, Refinement(filter_radius=0.0), 0.2, settings)
     assert domain == design.domain
@@ -250,7 +251,7 @@ def test_vertices_of_a_mesh_are_vertices_of_the_finer_one() -> None:
 @pytest.mark.slow
 def test_up_and_down_take_the_same_branch_of_a_thresholded_field(folder: Path) -> None:
     """Sharpened, the leaky tiny design has several branches near 0.7: one step from 0.5 lands on another one."""
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     settings = stages.simulate.Settings(max_load=0.7, sharpness=2.0, fields=("thresholded",))
     found = stages.simulate.run(design, ProblemSettings(domain=_tiny()), settings)
     summary = found.summary["fields"]["thresholded"]

@@ -89,7 +89,7 @@ def test_hostile_text_is_refused_in_bounded_time(kind: str, poro: Poro) -> None:
 READER = """
 import resource, sys
 from pathlib import Path
-from pipeline.case import read_case
+from pipeline.case.model import read_case
 from pipeline.exit_codes import Fault
 size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 128 * 2**20
 resource.setrlimit(resource.RLIMIT_AS, (size, size))

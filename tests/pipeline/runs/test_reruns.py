@@ -19,7 +19,10 @@ from command_line import TINY, Poro, edited
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store import artifact
-from pipeline.store.stage_names import STAGES
+from stages.chain import GOAL, path_to
+
+#: The stages to the part, in order.
+STAGES = path_to(GOAL)
 
 # What is drawn is looked at in test_pictures, and the finished case has its own picture.
 pytestmark = pytest.mark.usefixtures("undrawn")
