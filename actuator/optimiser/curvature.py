@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.optimiser.metric import Metric
+from actuator.terms.step import Metric
 
 #: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.
 MEMORY, SLACK = 20, 6
