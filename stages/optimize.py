@@ -127,7 +127,7 @@ def run(
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
-    """What second-order elements say of the leak; nothing if they cannot: a result is not lost for want of a check."""
+    """What second-order elements say of the leak; nothing if they cannot: a result is not lost because a check fails."""
     from actuator.failure import SolveFailure  # as in run
     from actuator.solve.leak_check import second_order_leak
 
@@ -142,7 +142,7 @@ def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str,
 
 
 def _negative_eigenvalues(objective: ReducedObjective, at: Evaluation) -> int | None:
-    """Of the state's stiffness; None if not known. A result is not lost for want of one more factorisation."""
+    """Of the state's stiffness; None if not known. A result is not lost because one more factorisation fails."""
     from actuator.failure import SolveFailure  # as in run
 
     try:

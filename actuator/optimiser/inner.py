@@ -1,8 +1,8 @@
 """The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
 A proximal Newton method: each Newton step minimises the quadratic of the physics together with the terms that depend
-on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are dear and subproblems cheap, so
-that a subproblem is solved for every product, with what all products so far have told. After each Newton step the
+on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are expensive and subproblems cheap,
+so that a subproblem is solved for every product, with the curvature that all products so far have shown. After each Newton step the
 displacements are corrected with the factors at hand, which lets the model follow the truth over several of them.
 """
 
@@ -125,7 +125,7 @@ class InnerProblem:
         self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), metric)
 
     def blank(self) -> Curvature:
-        """The curvature of which no product has told anything yet."""
+        """The curvature before any Hessian product."""
         return Curvature(self._metric, GUESS / self._metric.measure)
 
     def solve(
@@ -141,7 +141,7 @@ class InnerProblem:
         Args:
             dt: Δt.
             max_products: Hessian products after which the best step so far is returned.
-            curvature: what earlier products told; those of this inner problem are added to it.
+            curvature: from earlier products; those of this inner problem are added to it.
             trust: for the first Newton step.
         """
         curvature = self.blank() if curvature is None else curvature

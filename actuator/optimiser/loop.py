@@ -47,7 +47,7 @@ class Progress:
     Attributes:
         evaluation, gradient: of the last accepted design.
         dt: Δt of the next update.
-        curvature: what Hessian products have told so far.
+        curvature: from the Hessian products so far.
         trust: how far the next inner problem trusts quadratics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.

@@ -93,7 +93,7 @@ class Model:
     def corrected(self, at: ModelPoint) -> ModelPoint | None:
         """The model with the displacements moved by one step of Newton's method with the factors at hand.
 
-        How much its value differs tells how far the model may be trusted there.
+        The difference of the two values is a measure of how far the model may be trusted there.
         """
         return self(at.delta, at.dx - self.sensitivity.linearisation.mechanics(at.force))
 

@@ -8,8 +8,8 @@ bounds of an interior point method (:mod:`actuator.optimiser.barrier`); C_A and 
 itself. No physics is computed here.
 
 An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ
-is so steep that a design which leans against it with its whole force is no farther than that beyond its bound. So once
-it is plain which points touch, the set of them is kept and mended (primal-dual active set method, Hintermüller, Ito &
+is so steep that a design pressed against it with its whole force is no farther than that beyond its bound. So once
+the active set is identified, it is kept and corrected (primal-dual active set method, Hintermüller, Ito &
 Kunisch 2002, doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
 """
 
@@ -46,7 +46,7 @@ ROUNDING = 1e-14
 #: Most steps of the active set method; it gives up where one loses more than this part of the gain.
 MENDING, LOST = 5, 0.1
 #: Gain over the design terms below which only the force of the walls is left to be found, and it is worth some more
-#: interior point steps, at most so many, until it is plain which points touch.
+#: interior point steps, at most so many, until the active set is identified.
 SMALL, PATIENCE = 1e-4, 4
 #: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
 START = 0.1

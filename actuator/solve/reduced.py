@@ -91,8 +91,8 @@ class ReducedObjective:
         )
         self.discretisation = self.equilibrium.discretisation
         self.adjoint_tolerance = adjoint_tolerance
-        problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective)
-        self.total = total_objective(problem, self.equilibrium.tangent.darcy)
+        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective)
+        self.total = total_objective(self.problem, self.equilibrium.tangent.darcy)
         self.design = self.total.design
 
     # --------------------------------------------------------------------- value
