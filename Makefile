@@ -1,6 +1,6 @@
 # `make demo` and `make test` need nothing but Python 3.11 or newer; everything is installed into .venv.
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long bench check clean
+.PHONY: help demo test test-long bench pages check clean
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -20,6 +20,10 @@ test-long: $(STAMP)  ## the tests that take minutes
 
 bench: $(STAMP)  ## counts and errors to compare with the committed ones: benchmarks/results/bench.csv
 	$(BIN)/python -m benchmarks.guard
+
+pages: $(STAMP)  ## make the generated pages anew: commands and case file
+	$(BIN)/python -m pipeline.cli.reference docs/reference/commands.md
+	$(BIN)/python -m pipeline.case.reference docs/reference/case-file.md
 
 check: $(STAMP)  ## lint, format, types, layers and tests
 	$(BIN)/ruff check .

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import log
+from typing import Any, Literal
 
 from actuator.material.laws.coefficients import NEO_HOOKE, Law
+
+
+def drainage_ratio(interface_width: float) -> float:
+    """Q_s / k_s, 1/mm²: pressure decays to a tenth within 2 % of the interface width (Section 2.1)."""
+    return (-log(0.1) / (0.02 * interface_width)) ** 2
 
 
 @dataclass(frozen=True)
@@ -52,8 +59,7 @@ class Material:
         shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
         void_permeability = void_permeability_rate * length**2 / youngs_modulus
         solid_permeability = permeability_contrast * void_permeability
-        # Pressure decays to a tenth within 2 % of the interface width (Section 2.1).
-        drainage = (-log(0.1) / (0.02 * interface_width)) ** 2 * solid_permeability
+        drainage = drainage_ratio(interface_width) * solid_permeability
         return cls(
             bulk,
             shear,
@@ -101,8 +107,9 @@ class Objective:
             factor of C_χ.
         energy_limit: Ψ_lim, N/mm².
         interface_width, diffusivity_length: L_i and L_t, mm.
-        length_unit: what the paper calls 1 mm in Eqs. (14), (B.1), (B.2) and (C.1), whose numbers have units, mm.
-        strain_energy_shift: shift of χ in C_Ψ, Eq. (14), dimensionless; None for the printed one.
+        length_unit: what the paper calls 1 mm in Eqs. (14), (15), (B.1), (B.2) and (C.1), whose numbers have units, mm.
+        energy_shift: shift of χ in C_Ψ, Eq. (14), dimensionless.
+        terms: parameters of the terms that the paper does not have, by name (:data:`actuator.terms.TERMS`).
     """
 
     area_weight: float
@@ -114,19 +121,8 @@ class Objective:
     interface_width: float
     diffusivity_length: float
     length_unit: float = 1.0
-    strain_energy_shift: float | None = None
-
-    @property
-    def energy_shift(self) -> float:
-        """Shift of χ in C_Ψ; as printed in Eq. (14) it is 4 / L_i, L_i counted in the length unit; dimensionless."""
-        if self.strain_energy_shift is not None:
-            return self.strain_energy_shift
-        return 4.0 / (self.interface_width / self.length_unit)
-
-    @property
-    def first_step_unit(self) -> float:
-        """What Δt of Eq. (15) is counted in: the square root of a volume, mm^1.5."""
-        return self.length_unit**1.5
+    energy_shift: float = 0.0
+    terms: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
     def from_strain_limit(
@@ -134,21 +130,28 @@ class Objective:
         *,
         youngs_modulus: float,
         strain_limit: float,
+        interface_width: float,
         length_unit: float = 1.0,
         slope_weight: float,
         strain_energy_weight: float,
         passive_weight: float,
-        strain_energy_shift: float | None = None,
-        **others: float,
+        strain_energy_shift: float | Literal["4/L_i"] = 0.0,
+        **others: Any,
     ) -> Objective:
-        """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed."""
+        """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed.
+
+        Args:
+            strain_energy_shift: "4/L_i" is what Eq. (14) prints, with L_i counted in the length unit.
+        """
         volume = length_unit**3
+        shift = 4.0 / (interface_width / length_unit) if strain_energy_shift == "4/L_i" else strain_energy_shift
         return cls(
             energy_limit=0.5 * youngs_modulus * strain_limit**2,
+            interface_width=interface_width,
             length_unit=length_unit,
             slope_weight=slope_weight * volume,
             strain_energy_weight=strain_energy_weight / volume,
             passive_weight=passive_weight / volume,
-            strain_energy_shift=strain_energy_shift,
+            energy_shift=shift,
             **others,
         )

@@ -15,7 +15,8 @@ import scipy.sparse as sp
 from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, make_solver
-from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.state import State
 
 MAX_NEWTON = 30
 

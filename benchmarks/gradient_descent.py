@@ -15,9 +15,9 @@ from actuator.failure import SolveFailure
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import GUESS
 from actuator.optimiser.loop import ACCEPT, BINDING, GOOD, GROW, POOR, SHRINK, SMALLEST_STEP, VERY_GOOD, WIDEN
-from actuator.optimiser.metric import Metric
 from actuator.optimiser.subproblem import Proposal, Subproblem
 from actuator.solve.reduced import Evaluation, ReducedObjective
+from actuator.terms.step import Metric
 
 FIRST_STEP = 100.0
 #: Largest change of χ in one update: the most that the program's inner problem allows in one Newton step.
@@ -42,13 +42,13 @@ class GradientDescent:
         self._objective, self._learns = objective, learns
         self._metric = Metric(
             objective.discretisation,
-            objective.objective.diffusivity_length,
+            objective.objective,
             objective.design.gather,
             solver=objective.equilibrium.solver,
             threads=objective.equilibrium.threads,
         )
-        self._subproblem = Subproblem(objective.design, objective.equilibrium.design_solver, self._metric)
-        self._curvature = Curvature(self._metric, GUESS / self._metric.volume)
+        self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), self._metric)
+        self._curvature = Curvature(self._metric, GUESS / self._metric.measure)
         self._dt = FIRST_STEP
         self.at: Evaluation = objective.evaluate(chi)
         self._gradient = objective.gradient(self.at)

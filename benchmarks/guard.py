@@ -4,7 +4,7 @@
     python -m benchmarks.guard --reference    # first: what finer meshes say, results/bench-reference.csv
 
 ``tests/benchmarks/test_bench.py`` measures the counts and errors again and fails where one is worse than the committed
-table allows; ``docs/skipping.md`` says what to do then.
+table allows; ``docs/project/benchmarks.md`` says what to do then.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import scipy.sparse as sp
 from actuator.compilation import compile_kernels
 from actuator.linear import SolverName, make_solver
 from actuator.optimiser.model import Model
-from actuator.solve.sensitivity import Sensitivity
 from actuator.threads import use_threads
 from benchmarks.figures import COUNT_LEAST, COUNT_PART, ERROR_FACTOR, Figure, ratio
 from benchmarks.guard_model import derivative_figures, path_figures, reference_of, state_figures, update_figures
@@ -61,8 +60,7 @@ def ratios() -> Iterator[Figure]:
     equilibrium, d = objective.equilibrium, direction(objective.domain)
     at = objective.evaluate(first_design(objective.domain))
     gradient = objective.gradient(at)
-    equilibrium.refresh()
-    model = Model(objective, Sensitivity(equilibrium), at, gradient)
+    model = Model(objective, at, gradient)
     start = model.start()
     model.gradient(start)
     tangent, state = equilibrium.tangent, at.state

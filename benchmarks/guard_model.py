@@ -12,11 +12,10 @@ from actuator.arrays import Floats
 from actuator.linear import SolverName
 from actuator.optimiser.loop import Optimiser
 from actuator.optimiser.model import Model
-from actuator.solve.equilibrium import Work
+from actuator.solve.linearisation import Work
 from actuator.solve.path import Control, begin, follow
 from actuator.solve.pressurisation import Pressurisation
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.solve.sensitivity import Sensitivity
 from benchmarks.figures import Figure, count, error
 from benchmarks.small_cases import Mesh, direction, first_design, problem, reduced_objective
 
@@ -146,10 +145,8 @@ def _gradient_error(objective: ReducedObjective, at: Evaluation, gradient: Gradi
 
 def _product_error(objective: ReducedObjective, at: Evaluation, gradient: Gradient, d: Floats) -> float:
     """Largest relative error of a Hessian product of the model, against differences of the model's gradient."""
-    objective.equilibrium.refresh()
-    sensitivity = Sensitivity(objective.equilibrium)
-    model = Model(objective, sensitivity, at, gradient)
-    start, dx = model.start(), sensitivity @ d
+    model = Model(objective, at, gradient)
+    start, dx = model.start(), model.sensitivity @ d
     model.gradient(start)
 
     def physics(h: float) -> Floats:

@@ -21,7 +21,6 @@ from actuator.compilation import compile_kernels
 from actuator.domains.initial_design import initial_design
 from actuator.optimiser.model import Model
 from actuator.solve.reduced import ReducedObjective
-from actuator.solve.sensitivity import Sensitivity
 from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
 from stages.settings import DomainSettings, ProblemSettings
@@ -39,7 +38,6 @@ def measure(mesh: tuple[int, int, int], threads: int) -> dict[str, float]:
     settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
     domain = settings.domain.build()
     objective = ReducedObjective(domain, *settings.parameters(), adjoint_tolerance=1e-8, threads=threads)
-    sensitivity = Sensitivity(objective.equilibrium)
     at = objective.evaluate(initial_design(domain.points, domain.radius, settings.objective.interface_width))
     gradient = objective.gradient(at)
     direction = np.cos(domain.points @ [0.25, -0.4, 0.3])
@@ -58,8 +56,7 @@ def measure(mesh: tuple[int, int, int], threads: int) -> dict[str, float]:
 
     seconds = {"residual, all tangent blocks and scatter": _median(assemble)}
     seconds["state and adjoint from a warm start"] = _median(evaluate)
-    objective.equilibrium.refresh()
-    model = Model(objective, sensitivity, at, gradient)
+    model = Model(objective, at, gradient)
     start = model.start()
     model.gradient(start)
 

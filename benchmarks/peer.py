@@ -30,7 +30,8 @@ from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
 from actuator.domains.initial_design import initial_design
 from actuator.linear import SolverName, make_solver
-from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.state import State
 from actuator.threads import use_threads
 from benchmarks.given_pressure import GivenPressure, Solution
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
@@ -136,7 +137,7 @@ def measure(mesh: tuple[int, int, int], repeats: int) -> tuple[dict[str, float],
     seconds.update(_linear_solves(poro, felupe, solver, state, ours, repeats))
     if domain.mesh.nelements <= MOST_CELLS:
         seconds.update(_other_solvers(felupe, pattern, ours))
-    case.refresh()
+    case.forget_factors()
     seconds["coupled"] = _in_turns({"coupled": lambda: case.solve(chi)}, 1)[0]["coupled"]
     return figures, counts, seconds
 

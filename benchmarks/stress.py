@@ -5,7 +5,7 @@
 
 Each row is one case of 320 cells or fewer that differs from the paper's in one respect: state and adjoint gradient
 from rest, or a few design updates. NumPy's warnings are errors, and values that are not finite end the benchmark.
-Writes ``benchmarks/results/stress.md`` and ``stress.csv``; docs/stability.md says how to read them.
+Writes ``benchmarks/results/stress.md`` and ``stress.csv``; docs/explain/stability.md says how to read them.
 """
 
 from __future__ import annotations
@@ -110,7 +110,9 @@ def tabulated(entry: Entry, reference: Found, seconds: list[float]) -> dict[str,
         line["residual"] = residual(found)
         line["theta2"], line["C0"] = float(found.at.state.arm[2]), found.at.terms["C0"]
         line["gradient error"] = gradient_error(found)
-        line["negative eigenvalues"] = found.objective.equilibrium.negative_eigenvalues(found.at.state)
+        line["negative eigenvalues"] = found.objective.equilibrium.linearise(
+            found.at.state, fresh=True
+        ).negative_eigenvalues
         if entry.check:
             line["error"], line["against"] = entry.check(found, reference)
     if entry.follow:
@@ -174,7 +176,7 @@ def _figure(value: object) -> object:
     return int(value) if value.lstrip("-").isdigit() else float(value)
 
 
-READING = """By `python -m benchmarks.stress`; [docs/stability.md](../../docs/stability.md) says what \
+READING = """By `python -m benchmarks.stress`; [docs/explain/stability.md](../../docs/explain/stability.md) says what \
 the columns mean, and what follows."""
 
 

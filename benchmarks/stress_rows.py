@@ -160,7 +160,7 @@ def updates(count: int = 3) -> Iterator[Entry]:
 def exceeded(times: float) -> float:
     """Strain limit at which the default's Ψ/Ψ_lim is so large; Ψ_lim goes with its square."""
     case = settings()
-    ratio = run(Trial("strain limit", "", case)).at.energy_ratio
+    ratio = run(Trial("strain limit", "", case)).at.measures["energy_ratio"]
     return float(case.objective.strain_limit * (ratio / times) ** 0.5)
 
 

@@ -19,7 +19,8 @@ from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solver_name import SolverName
 from actuator.threads import use_threads
-from stages.settings import DomainSettings, ProblemSettings
+from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
+from stages.similarity import similar
 
 #: 320 cells of about 3 mm: m, k, layers.
 MESH = {"core_cells": 4, "rings": 2, "layers": 5}
@@ -36,7 +37,8 @@ STEP = 1e-3
 
 def settings(**changes: float) -> ProblemSettings:
     """The paper's case on the small mesh with changes, named ``section__key``."""
-    data: dict[str, Any] = ProblemSettings(domain=DomainSettings(**MESH)).model_dump()
+    printed = ObjectiveSettings(strain_energy_shift="4/L_i")
+    data: dict[str, Any] = ProblemSettings(domain=DomainSettings(**MESH), objective=printed).model_dump()
     for name, value in changes.items():
         section, key = name.split("__")
         data[section][key] = value
@@ -67,13 +69,18 @@ class Trial:
     threads: int = 1
     tolerance: float = STATE
 
+    @property
+    def core(self) -> ProblemSettings:
+        """The case in the units in which the program computes it."""
+        return similar(self.case)[0]
+
     def objective(self) -> ReducedObjective:
         """The case's objective, on this trial's mesh."""
         use_threads(self.threads)
-        domain = self.domain or self.case.domain.build()
+        domain = self.domain or self.core.domain.build()
         return ReducedObjective(
             domain,
-            *self.case.parameters(),
+            *self.core.parameters(),
             state_tolerance=self.tolerance,
             adjoint_tolerance=ADJOINT if self.tolerance == STATE else 1e-10,
             solver=self.solver,
@@ -84,7 +91,7 @@ class Trial:
         """The design to begin with, (n_vertices,)."""
         if self.design is not None:
             return self.design(domain)
-        limits = self.case.objective
+        limits = self.core.objective
         return initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
 
 
@@ -177,8 +184,7 @@ def run(trial: Trial) -> Found:
 
 
 def _update(found: Found) -> None:
-    unit = found.objective.objective.first_step_unit
-    optimiser = Optimiser(found.objective, first_step=100.0 * unit)
+    optimiser = Optimiser(found.objective)
     progress = optimiser.begin(found.trial.chi(found.objective.domain))
     found.start = found.evaluation = progress.evaluation
     found.gradient = progress.gradient
@@ -196,7 +202,7 @@ def _update(found: Found) -> None:
 def residual(found: Found) -> float:
     """Relative residual of the state, by an equilibrium that has never seen it."""
     trial, state = found.trial, found.at.state
-    equilibrium = Equilibrium(found.objective.domain, *trial.case.parameters(), threads=1)
+    equilibrium = Equilibrium(found.objective.domain, *trial.core.parameters(), threads=1)
     rx, rp, _, lowest = equilibrium.residual(state.chi, state.x, state.p)
     return equilibrium.norm(rx, rp) if lowest > 0.0 else np.inf
 

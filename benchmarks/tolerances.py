@@ -48,7 +48,7 @@ def main() -> None:
         work = objective.equilibrium.work
         before = work.newton, work.krylov
         objective.equilibrium.tolerance, objective.adjoint_tolerance = state, adjoint
-        objective.equilibrium.refresh()
+        objective.equilibrium.forget_factors()
         began = process_time()
         at = objective.evaluate(chi, (neighbour.x, neighbour.p))
         gradient = objective.gradient(at).total

@@ -171,7 +171,7 @@ class Evaluator:
         objective, equilibrium = self.objective, self.objective.equilibrium
         equilibrium.scheme, equilibrium.tolerance = variant.scheme, variant.state
         objective.adjoint_tolerance = variant.adjoint
-        equilibrium.refresh()
+        equilibrium.forget_factors()
         work = equilibrium.work
         before = work.newton, work.krylov, work.factorisations
         began = process_time()

@@ -101,6 +101,9 @@ class Source(Protocol):
     def read(self, *names: str) -> list[Any]:
         """Datasets by their path inside it; floating-point ones are finite."""
 
+    def read_group(self, group: str) -> dict[str, Any]:
+        """All datasets of a group by name; floating-point ones are finite."""
+
 
 @cache
 def vtk_order() -> NDArray[np.int64]:
@@ -146,9 +149,8 @@ def design(source: Source) -> tuple[HalfCylinder, Floats]:
     """Domain and χ at its vertices, (n_vertices,), from an artifact that holds a design."""
     from actuator.domains.half_cylinder import HalfCylinder  # scikit-fem: only where a stage works on the design
 
-    names = [each.name for each in fields(HalfCylinder)]
-    chi, *sizes = source.read("vertices/chi", *(f"domain/{name}" for name in names))
-    return HalfCylinder(*(size.item() for size in sizes)), chi
+    (chi,) = source.read("vertices/chi")
+    return HalfCylinder(**{name: value.item() for name, value in source.read_group("domain").items()}), chi
 
 
 def surface(source: Source) -> tuple[Floats, Ints]:

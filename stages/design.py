@@ -59,7 +59,7 @@ class Result:
         history: one record per accepted design, the first being the initial design; column name -> (n_records,).
         summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds``
             and more.
-        checkpoint: what :func:`stages.optimize.run` needs to continue from here.
+        checkpoint: what :func:`stages.optimize.run` needs to continue from here, in the units of the computation.
         converged: whether the stationarity measure was reached.
         reason: one sentence saying why the optimisation ended.
     """

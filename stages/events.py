@@ -1,4 +1,4 @@
-"""What a running stage tells its observer. Observers show, log or store; stages stay silent."""
+"""What a running stage reports to its observer. Observers show, log or store; stages stay silent."""
 
 from __future__ import annotations
 

@@ -11,17 +11,18 @@ from pydantic import Field
 from stages.design import Result, lines, pack
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.settings import ProblemSettings, Section
+from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.half_cylinder import HalfCylinder
-    from actuator.optimiser.loop import Outcome, Progress
+    from actuator.optimiser.loop import Outcome, Progress, Record
     from actuator.solve.reduced import Evaluation, ReducedObjective
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
-VERSION = 11
+VERSION = 12
 
 #: What to change where the memory does not hold the mesh.
 COARSER = "lower domain.core_cells, domain.rings or domain.layers"
@@ -84,11 +85,12 @@ def run(
     from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
-    material, load, limits = settings.parameters()
+    core, units = similar(settings)
+    material, load, limits = core.parameters()
     compile_kernels(material.law)
     compute = compute or Compute()
     use_threads(compute.threads)
-    optimizer, domain = settings.optimizer, settings.domain.build()
+    optimizer, domain = settings.optimizer, core.domain.build()
     objective = ReducedObjective(
         domain,
         material,
@@ -101,15 +103,15 @@ def run(
     )
     optimiser = Optimiser(
         objective,
-        first_step=optimizer.first_step * limits.first_step_unit,
+        first_step=optimizer.first_step,
         tolerance=optimizer.stationarity,
         least_gain=optimizer.least_gain,
         max_products=optimizer.max_products,
     )
 
     def report(progress: Progress) -> None:
-        checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation)
-        observer(DesignUpdate(progress.history[-1], optimizer.max_updates, checkpoint, fields))
+        checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation, units)
+        observer(DesignUpdate(_recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
         start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
@@ -121,11 +123,11 @@ def run(
     outcome = optimiser.run(progress, optimizer.max_updates, report)
     if negative := _negative_eigenvalues(objective, progress.evaluation):
         observer(Message(UNSTABLE.format(negative)))
-    return _result(domain, objective, outcome, optimiser.checkpoint(progress))
+    return _result(settings.domain.build(), objective, outcome, optimiser.checkpoint(progress), units)
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
-    """What second-order elements say of the leak; nothing if they cannot: a result is not lost for want of a check."""
+    """What second-order elements say of the leak; nothing if they cannot: a result is not lost because a check fails."""
     from actuator.failure import SolveFailure  # as in run
     from actuator.solve.leak_check import second_order_leak
 
@@ -140,19 +142,29 @@ def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str,
 
 
 def _negative_eigenvalues(objective: ReducedObjective, at: Evaluation) -> int | None:
-    """Of the state's stiffness; None if not known. A result is not lost for want of one more factorisation."""
+    """Of the state's stiffness; None if not known. A result is not lost because one more factorisation fails."""
     from actuator.failure import SolveFailure  # as in run
 
     try:
-        return objective.equilibrium.negative_eigenvalues(at.state)
+        return objective.equilibrium.linearise(at.state, fresh=True).negative_eigenvalues
     except SolveFailure:
         return None
 
 
-def _fields(at: Evaluation) -> dict[str, Floats]:
-    """Design and state at the vertices, which are the first of the nodes."""
-    n_vertices = len(at.chi)
-    return {"chi": at.chi, "pressure": at.state.p, "displacement": at.state.displacement[:n_vertices]}
+def _fields(at: Evaluation, units: Units) -> dict[str, Floats]:
+    """Design and state at the vertices, which are the first of the nodes; N/mm² and mm."""
+    displacement = at.state.displacement[: len(at.chi)]
+    return {"chi": at.chi, "pressure": units.stress * at.state.p, "displacement": units.length * displacement}
+
+
+def _recorded(record: Record, units: Units) -> Record:
+    """A record of the history with its lengths in mm."""
+    return record | {name: units.length * record[name] for name in ("T1", "T3")}
+
+
+def _arm(at: Evaluation, units: Units) -> Floats:
+    """T = [T1, T3 (mm), θ2 (rad)], (3,)."""
+    return at.state.arm * (units.length, units.length, 1.0)
 
 
 def least_memory(cells: int) -> float:
@@ -166,33 +178,34 @@ def least_memory(cells: int) -> float:
 
 
 def _result(
-    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats]
+    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
 ) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
     from actuator.solve.reduced import spring_elongation, wall_leak
 
     progress, at = outcome.progress, outcome.progress.evaluation
-    history = {key: np.array([record[key] for record in progress.history]) for key in progress.history[0]}
-    p, elongation = at.state.p, spring_elongation(objective.equilibrium.kinematics, at.state)
+    records = [_recorded(record, units) for record in progress.history]
+    history = {key: np.array([record[key] for record in records]) for key in records[0]}
+    elongation = units.length * spring_elongation(objective.equilibrium.kinematics, at.state)
+    p, arm = units.stress * at.state.p, _arm(at, units)
     summary = {
         "C": at.value,
         "terms": dict(at.terms),
-        "T1": float(at.state.arm[0]),
-        "T3": float(at.state.arm[1]),
-        "theta2": float(at.state.arm[2]),
+        "T1": float(arm[0]),
+        "T3": float(arm[1]),
+        "theta2": float(arm[2]),
         "spring_elongation": elongation,
         "p_min": float(p.min()),
         "p_max": float(p.max()),
-        "wall_leak": wall_leak(domain, p, objective.load.pressure),
+        "wall_leak": wall_leak(objective.domain, at.state.p, objective.load.pressure),
         **_second_order_leak(objective, at),
-        "energy_ratio": at.energy_ratio,
-        "steepest": at.design.steepest,
-        "passive_share": objective.design.passive_share(at.chi),
-        "stationarity": progress.history[-1]["stationarity"],
-        "updates": len(progress.history) - 1,
+        **at.measures,
+        "passive_share": objective.design.passive.share(at.chi),
+        "stationarity": records[-1]["stationarity"],
+        "updates": len(records) - 1,
         "evaluations": progress.evaluations,
-        "work": {key: int(progress.history[-1][key]) for key in (*COUNTS, "inner")},
-        "seconds": progress.history[-1]["seconds"],
+        "work": {key: int(records[-1][key]) for key in (*COUNTS, "inner")},
+        "seconds": records[-1]["seconds"],
         "seconds_per_part": dict(progress.seconds),
         "converged": outcome.converged,
         "reason": outcome.reason,
@@ -200,9 +213,9 @@ def _result(
     return Result(
         domain=domain,
         chi=at.chi,
-        displacement=at.state.displacement,
+        displacement=units.length * at.state.displacement,
         pressure=p,
-        arm=at.state.arm.copy(),
+        arm=arm,
         history=history,
         summary=summary,
         checkpoint=checkpoint,

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from actuator.arrays import Floats
+from stages.similarity import Units
 
 if TYPE_CHECKING:
     from actuator.domains.half_cylinder import HalfCylinder
-    from actuator.solve.equilibrium import Equilibrium, State
+    from actuator.solve.equilibrium import Equilibrium
     from actuator.solve.path import Point
+    from actuator.solve.state import State
 
 
 #: Columns of a curve, in the order of a table. ``leak`` is the largest p on the outer wall over p_in.
@@ -56,7 +58,8 @@ class Response:
 
     Attributes:
         name: of the field.
-        domain, chi: mesh and field, (n_vertices,).
+        domain, chi: mesh, mm, and field, (n_vertices,).
+        units: those of the computation.
         records: points along the path, :data:`COLUMNS`.
         negative: negative eigenvalues of the tangent with the pressure held, one per record; None if not known.
         limits: indices of records that are limit points.
@@ -68,6 +71,7 @@ class Response:
     name: str
     domain: HalfCylinder
     chi: Floats
+    units: Units
     records: list[dict[str, float]] = field(default_factory=list)
     negative: list[int | None] = field(default_factory=list)
     limits: list[int] = field(default_factory=list)
@@ -77,16 +81,18 @@ class Response:
 
     def add(self, equilibrium: Equilibrium, point: Point, state: State, loading: bool) -> dict[str, float]:
         """Append a point; returns its record."""
-        from actuator.equations.kernels import strain_energy_excess  # numba, as in stages.simulate.run
-        from actuator.solve.reduced import spring_elongation, wall_leak
+        from actuator.solve.reduced import spring_elongation, wall_leak  # numba, as in stages.simulate.run
+        from actuator.terms.strain_energy import strain_energy_excess
 
-        full = equilibrium.coefficients.pressure
+        full, length = equilibrium.coefficients.pressure, self.units.length
         _, ratio = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, self.chi, state.displacement)
         values = (
             point.load,
-            point.load * full,
-            *state.arm,
-            spring_elongation(equilibrium.kinematics, state),
+            self.units.stress * point.load * full,
+            length * state.arm[0],
+            length * state.arm[1],
+            state.arm[2],
+            length * spring_elongation(equilibrium.kinematics, state),
             ratio,
             wall_leak(equilibrium.domain, state.p, full),
             loading,
@@ -111,7 +117,7 @@ class Response:
 
 
 def summarised(responses: Mapping[str, Response], pressure: float) -> dict[str, Any]:
-    """Summary of all fields; see docs/simulation.md."""
+    """Summary of all fields; see docs/use/simulation.md."""
     fields_ = {name: _summary(response) for name, response in responses.items()}
     one, two = (fields_.get(name, {}).get("at_target") for name in ("density", "thresholded"))
     between = {}

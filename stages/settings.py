@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -24,6 +24,11 @@ class DomainSettings(Section):
     core_cells: int = Field(12, ge=1, le=200, description="m, cells along a quarter of the section's core [-]")
     rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
     layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
+
+    @property
+    def size(self) -> float:
+        """The length by which domains of different size are compared, mm."""
+        return self.radius
 
     @property
     def cells(self) -> int:
@@ -83,15 +88,44 @@ class ObjectiveSettings(Section):
     strain_energy_weight: float = Field(1.0e6, ge=0, description="c_Ψ, strain energy density [-]")
     passive_weight: float = Field(1.0e5, ge=0, description="weight of C_χ, passive void core [-]")
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
-    strain_energy_shift: float | None = Field(
-        None,
-        description="shift of χ in C_Ψ; 0 holds the limit in the material as it is; left out, the paper's 4 / L_i [-]",
+    strain_energy_shift: float | Literal["4/L_i"] = Field(
+        0.0,
+        description="shift of χ in C_Ψ; 0 holds the limit in the material as it is, 4/L_i as Eq. (14) prints it [-]",
     )
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
     diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
     length_unit: float = Field(
         1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
     )
+
+    terms: dict[str, dict[str, float]] = Field({}, description="further terms of the objective and their parameters")
+
+    @field_validator("terms")
+    @classmethod
+    def _known(cls, terms: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+        """Refuse terms that nobody registered, the paper's, which have keys of their own, and wrong parameters."""
+        for name, parameters in terms.items():
+            if fault := _fault_of_term(name, parameters):
+                raise ValueError(fault)
+        return terms
+
+
+def _fault_of_term(name: str, parameters: dict[str, float]) -> str:
+    """What is wrong with a further term, in a sentence without full stop; empty if nothing is."""
+    from inspect import signature
+
+    from actuator.terms import PAPER, TERMS  # numba: only for a case that has further terms
+
+    known = [other for other in TERMS if other not in PAPER]
+    if name not in known:
+        listed = ", ".join(known) or "none; a program that has one registers it in actuator.terms.TERMS"
+        return f"there is no further term '{name}'; there are {listed}"
+    try:
+        signature(TERMS[name]).bind(None, **parameters)
+    except TypeError as error:
+        wanted = ", ".join(list(signature(TERMS[name]).parameters)[1:])
+        return f"the term '{name}' does not take these parameters ({error}); it has {wanted}"
+    return ""
 
 
 class ProblemSettings(Section):

@@ -23,6 +23,7 @@ from stages.datasets import Source, design
 from stages.events import LoadStep, Message, Observer, silent
 from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
+from stages.similarity import similar
 from stages.task import Compute, Need, Task
 from stages.words import FieldName
 
@@ -117,11 +118,12 @@ def run(
     from actuator.compilation import compile_kernels
     from actuator.threads import use_threads
 
-    if problem.parameters()[1].pressure == 0.0:
+    if problem.load.pressure_ratio == 0.0:
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
     refinement = refinement or refine.Settings()
-    compile_kernels(problem.parameters()[0].law)
+    core, units = similar(problem)
+    compile_kernels(core.parameters()[0].law)
     use_threads(compute.threads)
     responses: dict[str, Response] = {}
     finished = False
@@ -131,11 +133,14 @@ def run(
             domain, chi = design.domain, design.chi
             if name == "thresholded":
                 domain, chi = thresholded(design, refinement, threshold, settings, observer)
-            if equilibrium is None or equilibrium.domain != domain:
+            finer = domain != design.domain
+            if equilibrium is None or finer:
                 equilibrium = None  # of two meshes at once the memory need not hold the factors
-                equilibrium = _equilibrium(domain, problem, settings, compute)
+                mesh = core.domain.build()
+                mesh = mesh.refined(refinement.factor) if finer else mesh
+                equilibrium = _equilibrium(mesh, core, settings, compute)
             observer(Message(f"{name}: {domain.mesh.nelements} cells"))
-            responses[name] = Response(name, domain, chi)
+            responses[name] = Response(name, domain, chi, units)
             _follow(responses[name], equilibrium, design, settings, observer)
         finished = True
     except KeyboardInterrupt:
@@ -181,7 +186,7 @@ def _follow(
     from actuator.solve.path import Control
     from actuator.solve.pressurisation import Pressurisation
 
-    problem = Pressurisation(equilibrium, response.chi)
+    problem, units = Pressurisation(equilibrium, response.chi), response.units
     control = Control(
         first=settings.first_step,
         least=settings.least_step,
@@ -197,9 +202,11 @@ def _follow(
             state = problem.state(point.z, point.load)
             record = response.add(equilibrium, point, state, loading)
             if loading and point.load in stops and point.load not in response.states:
-                response.states[point.load] = Snapshot(state.displacement, state.p, point.load in stored)
+                response.states[point.load] = Snapshot(
+                    units.length * state.displacement, units.stress * state.p, point.load in stored
+                )
                 if point.load == TARGET:
-                    response.difference = _difference(problem, point, design, control, response.name)
+                    response.difference = _difference(problem, point, design, control, response)
             observer(LoadStep(response.name, record, settings.max_load))
     except SolveFailure as failure:
         if not response.records:
@@ -226,7 +233,7 @@ def _up_and_down(
 
 
 def _difference(
-    problem: Pressurisation, point: Point, design: Design, control: Control, name: str
+    problem: Pressurisation, point: Point, design: Design, control: Control, response: Response
 ) -> dict[str, float] | None:
     """Relative differences at p_in from the state found directly, by Newton's method from the optimised state.
 
@@ -235,14 +242,13 @@ def _difference(
     from actuator.failure import SolveFailure
     from actuator.solve.path import begin
 
-    equilibrium = problem.equilibrium
-    reached = problem.state(point.z, point.load)
-    displacement, arm = design.displacement, design.arm
-    if name != "density":
-        if equilibrium.domain != design.domain:
+    units, reached = response.units, problem.state(point.z, point.load)
+    displacement, arm = design.displacement / units.length, design.arm / (units.length, units.length, 1.0)
+    if response.name != "density":
+        if response.domain != design.domain:
             return None  # the optimised state lives on another mesh
         try:
-            start = problem.packed(design.displacement, design.arm, design.pressure)
+            start = problem.packed(displacement, arm, design.pressure / units.stress)
             direct = begin(problem, start, TARGET, control)
         except SolveFailure:
             return None

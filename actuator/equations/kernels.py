@@ -1,4 +1,4 @@
-"""Compiled element loops: the residual and the derivative of the Lagrangian.
+"""Compiled element loops: what they share, and the residual.
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
 τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of source and drainage are summed by
@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from actuator.material.elasticity import add_stress, contraction, energy_density, kirchhoff_stress
+from actuator.material.elasticity import kirchhoff_stress
 from actuator.material.ersatz import (
     FAST,
     drainage,
@@ -157,137 +157,3 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
                 sink = dx * (source[s, q] * (at_vertex - c.pressure) + out * at_vertex)
                 Rp[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
     return lowest.min()
-
-
-@njit(cache=True, parallel=True, fastmath=FAST)
-def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed, g_chi, g_u, g_p):
-    """Derivative of Λ_u·R_u + Λ_p·R_p + weight · C_Ψ with respect to χ, u and p, per element.
-
-    Adds nothing for Γ or the spring. ``weight`` is 1 to include C_Ψ (Eq. 14) and 0 to leave it out; the complex
-    step on this function gives second derivatives.
-
-    Args:
-        lu, lp: adjoint fields Λ_u (n_nodes, 3) and Λ_p (n_vertices,), of the type of the other fields.
-        stressed: whether Λ_u is not zero; its part of the work is skipped otherwise.
-        g_chi, g_u, g_p: results, (n_cells, 8), (n_cells, 20, 3) and (n_cells, 8).
-    """
-    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
-    for e in prange(n_cells):
-        s = geometry.section[e]
-        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
-        F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
-        b, H = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
-        h, M = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
-        g, w, gl = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
-        v, flux, slope = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(8, chi.dtype)
-        k = cell_permeability(geometry, c, chi, e, slope)
-        seepage = 0.0 * u[0, 0]  # ∫ k J w · v
-        hessian = geometry.hessian[s]
-        g_u[e] = 0.0
-        if stressed and c.hessian_penalty != 0.0:
-            for a in range(20):
-                for i in range(3):
-                    value = 0.0 * u[0, 0]
-                    for d in range(20):
-                        value += hessian[a, d] * lu[nodes[d], i]
-                    g_u[e, a, i] = c.hessian_penalty * value
-        for a in range(8):
-            g_chi[e, a] = 0.0
-            g_p[e, a] = 0.0
-        for q in range(n_q):
-            dx = geometry.volume[s, q]
-            gradient20 = geometry.gradient20[s, q]
-            deformation_gradient(u, nodes, gradient20, F)
-            J = inverse(F, Finv)
-            x = interpolate(chi, vertices, geometry.shape[q])
-            pressure = interpolate(p, vertices, geometry.shape[q])
-            trace = left_cauchy_green(F, b)
-            E, dE = stiffness(x, c)
-            log_J = np.log(J)
-            iso = np.exp(-2.0 / 3.0 * log_J)
-            d_chi = d_p = 0.0 * J
-            M[:] = 0.0
-            if stressed:
-                # h = ∇Λ F⁻¹
-                for i in range(3):
-                    for j in range(3):
-                        H[i, j] = 0.0
-                for a in range(20):
-                    n = nodes[a]
-                    for i in range(3):
-                        for j in range(3):
-                            H[i, j] += lu[n, i] * gradient20[a, j]
-                for i in range(3):
-                    for j in range(3):
-                        h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
-                div = h[0, 0] + h[1, 1] + h[2, 2]
-                d_chi = dE * contraction(c, E, J * pressure, log_J, iso, trace, b, h, div, M)
-                d_p = -J * div
-            # Darcy
-            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
-            push(Finv, g, w)
-            vertex_gradient(lp, vertices, geometry.gradient[s, q], gl)
-            push(Finv, gl, v)
-            work = 0.0 * J  # p Λ_p, interpolated as a product: the drainage's rows are summed
-            for a in range(8):
-                work += geometry.shape[q, a] * p[vertices[a]] * lp[vertices[a]]
-            out, d_out = drainage(x, c)
-            wv = w[0] * v[0] + w[1] * v[1] + w[2] * v[2]
-            seepage += dx * k * J * wv
-            d_chi += d_out * work
-            sink = dx * (source[s, q] + out)
-            for i in range(3):
-                flux[i] = dx * k * J * (Finv[i, 0] * v[0] + Finv[i, 1] * v[1] + Finv[i, 2] * v[2])
-                for j in range(3):
-                    M[i, j] -= k * J * (w[i] * v[j] + v[i] * w[j])
-                M[i, i] += k * J * wv
-            # Strain energy limit
-            if weight != 0.0:
-                density = energy_density(c, log_J, iso, trace, b)
-                if density.real > c.energy_limit:  # the factor of the stiffness is at most one
-                    Es, dEs = stiffness(x + c.energy_shift, c)
-                    over = Es * density / c.energy_limit - 1.0
-                    if over.real > 0.0:
-                        rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-                        d_chi += rate * (dEs * density)
-                        add_stress(c, rate * Es, log_J, iso, trace, b, M)
-            # f_a = M F⁻ᵀ ∇N_a
-            for i in range(3):
-                for j in range(3):
-                    H[i, j] = dx * (M[i, 0] * Finv[j, 0] + M[i, 1] * Finv[j, 1] + M[i, 2] * Finv[j, 2])
-            for a in range(20):
-                for i in range(3):
-                    g_u[e, a, i] += H[i, 0] * gradient20[a, 0] + H[i, 1] * gradient20[a, 1] + H[i, 2] * gradient20[a, 2]
-            for a in range(8):
-                grad = geometry.gradient[s, q, a]
-                shape = geometry.shape[q, a]
-                g_chi[e, a] += dx * d_chi * shape
-                g_p[e, a] += (dx * d_p + sink * lp[vertices[a]]) * shape
-                g_p[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
-        for a in range(8):
-            g_chi[e, a] += seepage * slope[a]
-
-
-@njit(cache=True, parallel=True, fastmath=FAST)
-def strain_energy_excess(geometry, c, chi, u):
-    """C_Ψ of Eq. (14) and the largest Ψ(χ + 4/L_i, u) / Ψ_lim over the quadrature points."""
-    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
-    total, largest = np.zeros(n_cells), np.zeros(n_cells)
-    for e in prange(n_cells):
-        s = geometry.section[e]
-        F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        for q in range(n_q):
-            deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
-            J = inverse(F, Finv)
-            if J <= 0.0:
-                total[e] = np.inf
-                continue
-            log_J = np.log(J)
-            trace, iso = left_cauchy_green(F, b), np.exp(-2.0 / 3.0 * log_J)
-            x = interpolate(chi, geometry.cells[e], geometry.shape[q])
-            density = energy_density(c, log_J, iso, trace, b)
-            ratio = stiffness(x + c.energy_shift, c)[0] * density / c.energy_limit
-            largest[e] = max(largest[e], ratio)
-            if ratio > 1.0:
-                total[e] += geometry.volume[s, q] * c.strain_energy_weight / 6.0 * (ratio - 1.0) ** 6
-    return ordered_sum(total), largest.max()

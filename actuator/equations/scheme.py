@@ -1,4 +1,4 @@
-"""Numerical choices behind the state equations; docs/accuracy.md says what they cost and what they are worth."""
+"""Numerical choices behind the state equations; docs/explain/accuracy.md says what each of them costs and gains."""
 
 from __future__ import annotations
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -69,6 +71,7 @@ class Tangent:
         self._pu, self._buffer_px = _views(self._coupling)
         self._px = Gather(np.concatenate([p_rows, t_rows]), np.concatenate([u_columns, t_columns]), (n_p, n_x))
         self.darcy = darcy_gather(discretisation)
+        self._discretisation = discretisation
         self._pp_buffer = np.empty((n_cells, 8, 8))
 
         self._xx_data = np.empty(self.mechanics.nonzeros)
@@ -120,6 +123,18 @@ class Tangent:
         """
         arm = self._tip_directions(x).transpose(0, 2, 1) @ elements[self._tip_cells].reshape(-1, 60, 8)
         return self._xp.matrix(self._xp.data(np.concatenate([elements.ravel(), arm.ravel()])))
+
+    @cached_property
+    def _flows(self) -> Gather:
+        return darcy_gather(self._discretisation, upper=False)
+
+    def flow_block(self, elements: Floats) -> sp.csr_array:
+        """Assemble derivatives of the flow equations with respect to a vertex field, (n_p, n_vertices).
+
+        Args:
+            elements: (n_cells, 8, 8), not symmetric.
+        """
+        return self._flows.matrix(self._flows.data(elements.ravel()))
 
     def multiply(self, dx: Floats, dp: Floats) -> tuple[Floats, Floats]:
         """Tangent times (dx, dp)."""

@@ -83,17 +83,25 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
 
 @njit(cache=True, parallel=True, fastmath=FAST)
 def darcy_metric(geometry, u, metric):
-    """J F⁻¹ F⁻ᵀ dx at the quadrature points for frozen u: (n_cells, n_q, 6) as 11, 22, 33, 23, 13, 12."""
+    """Write J F⁻¹ F⁻ᵀ dx at the quadrature points for frozen u, and return the smallest J.
+
+    Args:
+        metric: result, (n_cells, n_q, 6) as 11, 22, 33, 23, 13, 12, mm³.
+    """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    lowest = np.full(n_cells, np.inf)
     for e in prange(n_cells):
         s = geometry.section[e]
         F, A = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
-            scale = inverse(F, A) * geometry.volume[s, q]
+            J = inverse(F, A)
+            lowest[e] = min(lowest[e], J)
+            scale = J * geometry.volume[s, q]
             for k in range(6):
                 i, j = (k, k) if k < 3 else ((1, 2) if k == 3 else ((0, 2) if k == 4 else (0, 1)))
                 metric[e, q, k] = scale * (A[i, 0] * A[j, 0] + A[i, 1] * A[j, 1] + A[i, 2] * A[j, 2])
+    return lowest.min()
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)

@@ -6,12 +6,12 @@ for the passive region's bound C_χ at the quadrature points (Eq. B.2: d_q = lim
 infinite, for the largest change of χ at the vertices.
 
 A wall as steep as C_χ is flat right up to its kink. Newton's method, which sees no wall from where it stands, runs far
-through it at a thousand points at once, and with the wall's stiffness added there it moves no farther than it was: it
-creeps. Slacks and multipliers hold the place of the wall instead,
+through it at a thousand points at once, and with the wall's stiffness added there it hardly moves: it stalls. Slacks
+and multipliers hold the place of the wall instead,
 
     y_q = d_q − a_q·s + λ_q / c,   λ_q y_q = β → 0,   y, λ > 0
 
-(Nocedal & Wright 2006, ch. 19): a few Newton steps, however many points meet the wall.
+(Nocedal & Wright 2006, ch. 19): a few Newton steps, however many constraints are active.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from actuator.arrays import Bools, Floats
 ROOM = 1e-4
 #: Share of the way to the next zero of a slack or multiplier that a step may go.
 INSIDE = 0.95
-#: A step tells which bounds are met if at least this share of it was taken, and if relative changes of slack and
-#: multiplier differ by less than this at no more than this share of the bounds that it says are met.
+#: A step identifies the active bounds if at least this share of it was taken, and if relative changes of slack and
+#: multiplier differ by less than this at no more than this share of the bounds that it takes for active.
 TELLING, ALIKE, UNCLEAR = 0.8, 0.5, 0.05
 
 

@@ -1,4 +1,4 @@
-"""What Hessian products have told about the curvature of the physics.
+"""The curvature of the physics as Hessian products have shown it.
 
     B = σ N + diag(d) + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.optimiser.metric import Metric
+from actuator.terms.step import Metric
 
 #: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.
 MEMORY, SLACK = 20, 6
@@ -50,7 +50,7 @@ class Curvature:
         return np.array(self._pairs).reshape(-1, 2, self._base.size).transpose(1, 0, 2)
 
     def restore(self, pairs: Floats) -> None:
-        """Forget all and take up :attr:`pairs` of before."""
+        """Forget all and take up stored :attr:`pairs`."""
         self._pairs = [(s, y) for s, y in zip(*pairs, strict=True)]
         self._rebuild()
 

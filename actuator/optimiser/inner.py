@@ -1,8 +1,8 @@
 """The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
 A proximal Newton method: each Newton step minimises the quadratic of the physics together with the terms that depend
-on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are dear and subproblems cheap, so
-that a subproblem is solved for every product, with what all products so far have told. After each Newton step the
+on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are expensive and subproblems cheap,
+so that a subproblem is solved for every product, with the curvature that all products so far have shown. After each Newton step the
 displacements are corrected with the factors at hand, which lets the model follow the truth over several of them.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.subproblem import Subproblem
 from actuator.solve.reduced import ReducedObjective
+from actuator.terms.step import Metric
 
 MAX_NEWTON = 60
 #: Most Hessian products in one Newton step; it ends when this many brought less than this part of its gain.
@@ -122,11 +122,11 @@ class InnerProblem:
 
     def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
         self._objective, self._metric = objective, metric
-        self._subproblem = Subproblem(objective.design, objective.equilibrium.design_solver, metric)
+        self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), metric)
 
     def blank(self) -> Curvature:
-        """The curvature of which no product has told anything yet."""
-        return Curvature(self._metric, GUESS / self._metric.volume)
+        """The curvature before any Hessian product."""
+        return Curvature(self._metric, GUESS / self._metric.measure)
 
     def solve(
         self,
@@ -141,7 +141,7 @@ class InnerProblem:
         Args:
             dt: Δt.
             max_products: Hessian products after which the best step so far is returned.
-            curvature: what earlier products told; those of this inner problem are added to it.
+            curvature: from earlier products; those of this inner problem are added to it.
             trust: for the first Newton step.
         """
         curvature = self.blank() if curvature is None else curvature
@@ -180,7 +180,7 @@ class InnerProblem:
 
         Not more than ``limit`` products are made, and few if they promise less than ``worth``.
         """
-        metric, damping = self._metric, trust.damping / self._metric.volume
+        metric, damping = self._metric, trust.damping / self._metric.measure
         physics = model.gradient(now) - now.design.gradient
         quadratic = (1.0 / dt**2 + damping) * metric.upper
         result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx))
@@ -234,8 +234,7 @@ class InnerProblem:
                 corrected = model.corrected(trial)
                 if corrected is not None:
                     gain, moved = start - self._value(corrected, dt), abs(corrected.value - trial.value)
-                    size = self._objective.equilibrium.lever.norm
-                    left = size(corrected.force) > DRIFT * size(trial.force)
+                    left = np.linalg.norm(corrected.force) > DRIFT * np.linalg.norm(trial.force)
                     if -gain / step.change > ENOUGH * length:
                         return _Landing(corrected, length, -gain / step.change, bool(left and moved > MATTERS * gain))
                 drifted = True

@@ -17,11 +17,10 @@ from actuator.arrays import Floats
 from actuator.failure import SolveFailure
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
-from actuator.optimiser.metric import Metric
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.stationarity import stationarity
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.solve.sensitivity import Sensitivity
+from actuator.terms.step import Metric
 
 #: Truth over prediction: least for a step to be taken, and what shrinks, keeps, widens and grows Δt.
 ACCEPT, POOR, GOOD, VERY_GOOD = 0.05, 0.25, 0.5, 0.8
@@ -48,7 +47,7 @@ class Progress:
     Attributes:
         evaluation, gradient: of the last accepted design.
         dt: Δt of the next update.
-        curvature: what Hessian products have told so far.
+        curvature: from the Hessian products so far.
         trust: how far the next inner problem trusts quadratics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
@@ -107,13 +106,12 @@ class Optimiser:
         self.tolerance, self.least_gain = tolerance, least_gain
         self.metric = Metric(
             objective.discretisation,
-            objective.objective.diffusivity_length,
+            objective.objective,
             objective.design.gather,
             solver=objective.equilibrium.solver,
             threads=objective.equilibrium.threads,
         )
         self._inner = InnerProblem(objective, self.metric)
-        self._sensitivity = Sensitivity(objective.equilibrium)
 
     # -------------------------------------------------------------------- start
 
@@ -254,8 +252,7 @@ class Optimiser:
 
         With a fresh factorisation, so that a run does not depend on where it was interrupted.
         """
-        self.objective.equilibrium.refresh()
-        return Model(self.objective, self._sensitivity, progress.evaluation, progress.gradient)
+        return Model(self.objective, progress.evaluation, progress.gradient)
 
     def _try(
         self, progress: Progress, point: ModelPoint, change: float, clock: _Clock
@@ -286,8 +283,7 @@ class Optimiser:
             "theta2": float(at.state.arm[2]),
             "dt": dt,
             "stationarity": stationarity(at, progress.gradient, self.metric),
-            "energy_ratio": at.energy_ratio,
-            "steepest": at.design.steepest,
+            **at.measures,
             **{key: float(getattr(work, key)) for key in COUNTS},
             "inner": float(progress.inner),
             **{f"seconds_{part}": seconds for part, seconds in progress.seconds.items()},

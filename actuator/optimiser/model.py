@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.equations.kernels import strain_energy_excess
-from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective, main_objective
+from actuator.solve.flow import Inverted
+from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solve.sensitivity import Sensitivity
-from actuator.terms.design_terms import DesignTerms
+from actuator.terms.design import DesignTerms
 
 #: Random probes of the leak's curvature; their error, a quarter, matters little in an estimate.
 PROBES, SEED = 32, 0
@@ -57,17 +57,18 @@ class Model:
 
     Args:
         objective: the case.
-        sensitivity: S; linearised here at the state of ``at``, whose tangent must stay while the model is used.
-        at, gradient: the design the model is built around.
+        at, gradient: the design the model is built around; its state is linearised here, and the model can be used
+            until another state is.
+
+    Attributes:
+        sensitivity: S, around that state.
     """
 
-    def __init__(
-        self, objective: ReducedObjective, sensitivity: Sensitivity, at: Evaluation, gradient: Gradient
-    ) -> None:
-        self._objective, self._sensitivity, self._at = objective, sensitivity, at
+    def __init__(self, objective: ReducedObjective, at: Evaluation, gradient: Gradient) -> None:
+        self._objective, self._at = objective, at
+        self.sensitivity = Sensitivity(objective.equilibrium, at.state)
         self._adjoint = gradient.adjoint[0]
         self._no_force, self._no_flow = np.zeros_like(at.state.x), np.zeros_like(at.state.p)
-        sensitivity.linearise(at.state)
 
     def start(self) -> ModelPoint:
         """The model at δ = 0."""
@@ -79,34 +80,32 @@ class Model:
         """Evaluate at a step with its S δ; None if an element inverts there."""
         objective, equilibrium = self._objective, self._objective.equilibrium
         chi, x = self._at.chi + delta, self._at.state.x + dx
-        u = equilibrium.kinematics.displacement(x)
-        energy, _ = strain_energy_excess(equilibrium.geometry, equilibrium.coefficients, chi, u)
-        if not np.isfinite(energy):
+        try:
+            p = equilibrium.pressure(chi, x)
+        except Inverted:
             return None
-        p = equilibrium.pressure(chi, x)
         force, _, nodal, _ = equilibrium.residual(chi, x, p)
         design = objective.design(chi)
-        leak = 0.5 * float(p @ (objective.leak @ p))
-        value = main_objective(x, objective.load) + design.value + leak + float(energy) + float(self._adjoint @ force)
+        terms = objective.total.value(design, objective.fields(chi, x, p))
+        value = terms + float(self._adjoint @ force)
         return ModelPoint(delta, dx, chi, x, p, value, force, nodal, design)
 
     def corrected(self, at: ModelPoint) -> ModelPoint | None:
         """The model with the displacements moved by one step of Newton's method with the factors at hand.
 
-        How much its value differs tells how far the model may be trusted there.
+        The difference of the two values is a measure of how far the model may be trusted there.
         """
-        return self(at.delta, at.dx - self._objective.equilibrium.solve_mechanics(at.force))
+        return self(at.delta, at.dx - self.sensitivity.linearisation.mechanics(at.force))
 
     def gradient(self, at: ModelPoint) -> Floats:
         """dm/dδ at a point, (n_vertices,); kept there."""
         if at.gradient is not None:
             return at.gradient
-        self._objective.equilibrium.freeze(at.chi, at.x)
-        derivatives, solver = self._objective.derivatives, self._objective.equilibrium.frozen_darcy_solver
+        derivatives = self._objective.derivatives
         g_chi, g_x, g_p = derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
-        at.flow_adjoint = solver.solve(-g_p)
-        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, at.flow_adjoint, at.tip, energy=0.0)
-        at.gradient = at.design.gradient + g_chi + f_chi + self._sensitivity.transposed(g_x + f_x)
+        at.flow_adjoint = self._objective.equilibrium.flow(at.chi, at.x).solve(-g_p)
+        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, at.flow_adjoint, at.tip, terms=False)
+        at.gradient = at.design.gradient + g_chi + f_chi + self.sensitivity.transposed(g_x + f_x)
         return at.gradient
 
     def product(self, at: ModelPoint, direction: Floats) -> tuple[Floats, Floats]:
@@ -116,21 +115,20 @@ class Model:
             at: a point whose gradient has been evaluated.
             direction: (n_vertices,).
         """
-        self._objective.equilibrium.freeze(at.chi, at.x)
         assert at.flow_adjoint is not None
         equilibrium, derivatives = self._objective.equilibrium, self._objective.derivatives
-        solver = equilibrium.frozen_darcy_solver
-        dx = self._sensitivity @ direction
+        flow = equilibrium.flow(at.chi, at.x)
+        dx = self.sensitivity @ direction
         step = TINY / max(float(np.abs(direction).max()), 1e-300)
         chi, x = at.chi + 1j * step * direction, at.x + 1j * step * dx
-        dp = solver.solve(-equilibrium.flow_residual(chi, x, at.p).imag / step, check=None)
+        dp = flow.solve(-equilibrium.flow_residual(chi, x, at.p).imag / step, check=False)
         p = at.p + 1j * step * dp
         tip = equilibrium.tip_forces(chi, x, p)
         h_chi, h_x, h_p = (g.imag / step for g in derivatives(chi, x, p, self._adjoint, at.flow_adjoint, tip))
-        answer = solver.solve(-h_p, check=None)
-        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, answer, at.tip, energy=0.0)
+        response = flow.solve(-h_p, check=False)
+        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, response, at.tip, terms=False)
         equilibrium.work.products += 1
-        return h_chi + f_chi + self._sensitivity.transposed(h_x + f_x), dx
+        return h_chi + f_chi + self.sensitivity.transposed(h_x + f_x), dx
 
     def diagonal(self, at: ModelPoint) -> Floats:
         """Estimate of the Hessian's diagonal without the χ-only terms, (n_vertices,); never negative.
@@ -141,14 +139,13 @@ class Model:
         Args:
             at: the model's start, after its gradient has been evaluated.
         """
-        self._objective.equilibrium.freeze(at.chi, at.x)
         assert at.flow_adjoint is not None
-        solver, leak = self._objective.equilibrium.frozen_darcy_solver, self._objective.leak
         chi = at.chi + 1j * TINY * np.ones_like(at.chi)
         held, _, _ = self._objective.derivatives(chi, at.x, at.p, self._adjoint, at.flow_adjoint, at.tip)
-        if self._objective.objective.leak_weight == 0.0:
+        weights = self._objective.total.pressure_roots()
+        if weights is None:
             return np.abs(held.imag) / TINY
-        weights = np.sqrt(np.asarray(leak.sum(axis=1)).ravel())
         signs = np.random.default_rng(SEED).choice((-1.0, 1.0), (len(weights), PROBES))
-        answers = self._sensitivity.flows.T @ solver.solve(weights[:, None] * signs, check=None)
-        return np.asarray(np.abs(held.imag) / TINY + np.mean(answers**2, axis=1))
+        flow = self._objective.equilibrium.flow(at.chi, at.x)
+        responses = self.sensitivity.flows.T @ flow.solve(weights[:, None] * signs, check=False)
+        return np.asarray(np.abs(held.imag) / TINY + np.mean(responses**2, axis=1))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from actuator.optimiser.metric import Metric
 from actuator.solve.reduced import Evaluation, Gradient
+from actuator.terms.step import Metric
 
 
 def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> float:
@@ -14,4 +14,4 @@ def stationarity(evaluation: Evaluation, gradient: Gradient, metric: Metric) -> 
     terms' magnitudes makes it independent of units.
     """
     scale = sum(abs(value) for value in evaluation.terms.values())
-    return float(metric.volume) ** 0.5 * metric.dual_norm(gradient.total) / (scale or 1.0)
+    return float(metric.measure) ** 0.5 * metric.dual_norm(gradient.total) / (scale or 1.0)

@@ -8,8 +8,8 @@ bounds of an interior point method (:mod:`actuator.optimiser.barrier`); C_A and 
 itself. No physics is computed here.
 
 An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ
-is so steep that a design which leans against it with its whole force is no farther than that beyond its bound. So once
-it is plain which points touch, the set of them is kept and mended (primal-dual active set method, Hintermüller, Ito &
+is so steep that a design pressed against it with its whole force is no farther than that beyond its bound. So once
+the active set is identified, it is kept and corrected (primal-dual active set method, Hintermüller, Ito &
 Kunisch 2002, doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
 """
 
@@ -28,8 +28,8 @@ from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
 from actuator.optimiser.barrier import Barrier, Bounds
 from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.metric import Metric
-from actuator.terms.design_terms import DesignObjective, DesignTerms
+from actuator.terms.design import DesignObjective, DesignTerms
+from actuator.terms.step import Metric
 
 #: Most steps of the interior point method; where they run out, the best design so far serves.
 MAX_NEWTON = 20
@@ -46,7 +46,7 @@ ROUNDING = 1e-14
 #: Most steps of the active set method; it gives up where one loses more than this part of the gain.
 MENDING, LOST = 5, 0.1
 #: Gain over the design terms below which only the force of the walls is left to be found, and it is worth some more
-#: interior point steps, at most so many, until it is plain which points touch.
+#: interior point steps, at most so many, until the active set is identified.
 SMALL, PATIENCE = 1e-4, 4
 #: First barrier of the bounds, over the forces at s = 0 times a change of χ by one.
 START = 0.1
@@ -89,7 +89,7 @@ class Subproblem:
 
     def __init__(self, design: DesignObjective, solver: DirectSolver, norm: Metric) -> None:
         self._design, self._solver, self._norm = design, solver, norm
-        self._share = design.from_points(np.ones_like(design.volumes))  # volume of each vertex
+        self._share = design.from_points(np.ones_like(design.points.volumes))  # volume of each vertex
         self._diagonal = design.gather.indptr[:-1]  # an upper triangle's rows begin with the diagonal
 
     def solve(
@@ -110,7 +110,7 @@ class Subproblem:
         design, physics = self._design, _Quadratic(linear, curvature, self._design.gather.matrix(quadratic))
         s = np.zeros_like(chi)
         bent = np.zeros_like(chi)  # (B + Q) s
-        there = design(chi, passive=False)
+        there = design.smooth(chi)
         force = linear + there.gradient
         if not force.any():
             return None
@@ -129,13 +129,13 @@ class Subproblem:
                 if not slope < 0.0:
                     return best if best.change < 0.0 else None
                 length = min(barrier.longest(p), LARGEST / float(np.abs(p).max()))
-                ahead = design(chi + (s + length * p), passive=False)
+                ahead = design.smooth(chi + (s + length * p))
                 if self._above(there, ahead, length * p) < rounding - ENOUGH * length * slope:
                     break
                 hessian = 0.5 * (hessian + ahead.hessian)
             while self._above(there, ahead, length * p) > rounding - ENOUGH * length * slope and length > SHORTEST:
                 length *= SHRINK
-                ahead = design(chi + (s + length * p), passive=False)
+                ahead = design.smooth(chi + (s + length * p))
             barrier.move(length)
             s, bent, there = s + length * p, bent + length * physics.bent(p), ahead
             terms = design.value(chi + s)
@@ -144,10 +144,10 @@ class Subproblem:
             if drop > 0.0:
                 best = Proposal(s, change, terms)
             if abs(drop) < STALLED * length * -best.change:
-                if not design.passive_weight > 0.0:
+                if design.bound is None:
                     break
                 met = barrier.met()
-                solved = None if met is None else self._leaning(chi, value, physics, reach, s, met, best)
+                solved = None if met is None else self._on_bound(chi, value, physics, reach, s, met, best)
                 if solved is not None:
                     return solved
                 patience -= 1
@@ -155,8 +155,15 @@ class Subproblem:
                     break
         return best if best.change < 0.0 else None
 
-    def _leaning(
-        self, chi: Floats, value: float, physics: _Quadratic, reach: float, s: Floats, met: Bools, best: Proposal
+    def _on_bound(
+        self,
+        chi: Floats,
+        value: float,
+        physics: _Quadratic,
+        reach: float,
+        s: Floats,
+        met: Bools,
+        best: Proposal,
     ) -> Proposal | None:
         """From an interior point s to the solution, with C_χ exact at the points that touch its bound.
 
@@ -167,21 +174,23 @@ class Subproblem:
         Returns:
             None if the set of points does not settle on one.
         """
-        design, steep, room = self._design, self._design.passive_weight, self._design.room(chi)
-        bent, there = physics.bent(s), design(chi + s, passive=False)
+        design, bound = self._design, self._design.bound
+        assert bound is not None, "only what touches the bound comes here"
+        steep, room = bound.weight, bound.room(chi)
+        bent, there = physics.bent(s), design.smooth(chi + s)
         for _ in range(MENDING):
             wall: Floats = np.where(met, steep, 0.0)
-            force = physics.linear + bent + there.gradient + design.from_points(wall * (design.at_points(s) - room))
+            force = physics.linear + bent + there.gradient + design.from_points(wall * (design.points.at(s) - room))
             stiffness = there.hessian + design.point_stiffness(wall) + physics.upper.data
             p = -self._inverse(stiffness, physics.curvature)(force)
             s = s + p
             if float(np.abs(s).max()) > reach:
                 return None
-            bent, there, terms = bent + physics.bent(p), design(chi + s, passive=False), design.value(chi + s)
+            bent, there, terms = bent + physics.bent(p), design.smooth(chi + s), design.value(chi + s)
             change = physics.value(s, bent) + terms - value
             if change > (1.0 - LOST) * best.change:
                 return None
-            before, met = met, np.asarray(design.at_points(s) > room)
+            before, met = met, np.asarray(design.points.at(s) > room)
             if np.array_equal(met, before):
                 low = change < min(0.0, best.change + ROUNDING * abs(value))
                 return Proposal(s, change, terms) if low else None
@@ -190,13 +199,13 @@ class Subproblem:
     def _bounds(self, chi: Floats, reach: float) -> list[Bounds]:
         """C_χ, unless it weighs nothing, and the largest change of χ either way."""
         design, found = self._design, []
-        if design.passive_weight > 0.0:
+        if bound := design.bound:
             found = [
                 Bounds(
-                    design.room(chi),
-                    design.volumes,
-                    1.0 / design.passive_weight,
-                    design.at_points,
+                    bound.room(chi),
+                    design.points.volumes,
+                    1.0 / bound.weight,
+                    design.points.at,
                     design.from_points,
                     design.point_stiffness,
                 )

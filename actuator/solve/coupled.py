@@ -10,7 +10,6 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.equations.tangent import Tangent
 from actuator.linear import DirectSolver
-from actuator.solve.weights import Lever
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,6 @@ class CoupledSystem:
         tangent: assembled.
         mechanics: solves with the mechanical block, to the precision of its factors.
         darcy: the factorised Darcy block.
-        lever: what a moment on the arm weighs.
         force, flow: what the equations in x and p are measured against.
         transposed: whether the adjoint's equations are meant.
     """
@@ -29,14 +27,13 @@ class CoupledSystem:
     tangent: Tangent
     mechanics: Callable[[Floats], Floats]
     darcy: DirectSolver
-    lever: Lever
     force: float
     flow: float
     transposed: bool
 
     def scaled(self, x: Floats, p: Floats) -> Floats:
         """Both parts of a right-hand side in one vector, (n_x + n_p,)."""
-        return np.concatenate([self.lever.off(x) / self.force, p / self.flow])
+        return np.concatenate([x / self.force, p / self.flow])
 
     def multiply(self, v: Floats) -> Floats:
         """The scaled tangent times a vector, (n_x + n_p,)."""
@@ -48,7 +45,6 @@ class CoupledSystem:
         """Block triangle of K_xx and K_pp with one coupling block, inverted; (n_x + n_p,)."""
         n = self.tangent.xp.shape[0]
         rx, rp = self.force * r[:n], self.flow * r[n:]
-        rx[-1] *= self.lever.length
         if self.transposed:
             zx = self.mechanics(rx)
             return np.concatenate([zx, self.darcy.solve(rp - self.tangent.xp.T @ zx, check=None)])

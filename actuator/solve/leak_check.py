@@ -3,7 +3,7 @@
 In solid the pressure dies out over 0.03 mm, far less than a cell. An optimisation that weighs the leak finds whatever
 errors of the elements cancel at the wall, so that another discretisation has to judge its designs. Where much pressure
 stands on the wall, second-order elements on the same mesh come within 10 % of finer ones; in tight walls they alternate
-in sign and leave about 0.1 % of p_in, more than finer meshes do (docs/method.md).
+in sign and leave about 0.1 % of p_in, more than finer meshes do (docs/explain/readings.md).
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from actuator.equations.assembly import Gather
 from actuator.equations.tangent_kernels import darcy_metric
 from actuator.linear import make_solver
 from actuator.material.ersatz import drainage, permeability
-from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.state import State
 
 
 class Leak(NamedTuple):

@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.solve.equilibrium import Equilibrium, State
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.linearisation import Linearisation
+from actuator.solve.state import State
 
 #: Root mean square of the displacements, in radii of the domain, that counts as much as the whole load.
 LARGE_DISPLACEMENT = 0.1
@@ -38,6 +40,7 @@ class Pressurisation:
         weights[-1] = radius**2  # the arm's rotation, by the displacement it makes at the wall
         self._weights = weights / (self.size * (LARGE_DISPLACEMENT * radius) ** 2)
         self._seen: tuple[Floats, float, State] | None = None
+        self._linearisation: Linearisation | None = None
 
     @property
     def rest(self) -> Floats:
@@ -72,10 +75,7 @@ class Pressurisation:
 
     def linearise(self, z: Floats, load: float, *, fresh: bool) -> None:
         """Assemble the tangent at z; ``fresh`` factorises the mechanical block there, else an older one may do."""
-        if fresh:
-            self.equilibrium.refresh()
-        self._at = self.state(z, load)
-        self.equilibrium.linearise(self._at)
+        self._linearisation = self.equilibrium.linearise(self.state(z, load), fresh=fresh)
 
     def solve(self, right: Floats, tolerance: float, guess: Floats | None = None) -> Floats:
         """Solve with the tangent assembled last.
@@ -84,9 +84,7 @@ class Pressurisation:
             actuator.failure.SolveFailure: if the relative residual is not reached.
         """
         start = None if guess is None else (guess[: self.size], guess[self.size :])
-        dx, dp = self.equilibrium.solve_tangent(
-            self._at, right[: self.size], right[self.size :], tolerance, guess=start
-        )
+        dx, dp = self._linearised.solve(right[: self.size], right[self.size :], tolerance, guess=start)
         return np.concatenate([dx, dp])
 
     def inner(self, a: Floats, b: Floats) -> float:
@@ -100,4 +98,9 @@ class Pressurisation:
 
     def negative_eigenvalues(self) -> int | None:
         """Of the mechanical block, that is with the pressure held; None if the solver does not tell (SuperLU)."""
-        return self.equilibrium.mechanical_solver.statistics.negative_eigenvalues
+        return self._linearised.negative_eigenvalues
+
+    @property
+    def _linearised(self) -> Linearisation:
+        assert self._linearisation is not None, "linearise first"
+        return self._linearisation

@@ -12,15 +12,16 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.equations.assembly import scatter_vector
-from actuator.equations.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.equations.kinematics import Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
-from actuator.solve.equilibrium import Equilibrium, State
-from actuator.terms.design_terms import DesignObjective, DesignTerms
-
-TERMS = ("C0", "C_chi", "C_A", "C_i", "C_p", "C_psi")
+from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.state import State
+from actuator.terms import total_objective
+from actuator.terms.design import DesignTerms
+from actuator.terms.interface import Derivatives, Fields, Problem, Value
+from actuator.terms.lagrangian import lagrangian_gradient
 
 
 @dataclass(frozen=True)
@@ -30,21 +31,29 @@ class Evaluation:
     Attributes:
         chi: (n_vertices,).
         state: converged state.
-        terms: value of each of :data:`TERMS`.
+        values: of each term, and what it measures, by name.
         design: χ-only terms with gradient and Hessian.
-        energy_ratio: largest Ψ(χ + 4/L_i, u) / Ψ_lim.
     """
 
     chi: Floats
     state: State
-    terms: dict[str, float]
+    values: dict[str, Value]
     design: DesignTerms
-    energy_ratio: float
 
     @property
     def value(self) -> float:
         """Total objective C, without C_t."""
         return sum(self.terms.values())
+
+    @property
+    def terms(self) -> dict[str, float]:
+        """Value of each term, by name."""
+        return {name: term.value for name, term in self.values.items()}
+
+    @property
+    def measures(self) -> dict[str, float]:
+        """What the terms measure beside their values, by name."""
+        return {name: value for term in self.values.values() for name, value in term.measures.items()}
 
 
 @dataclass(frozen=True)
@@ -61,7 +70,7 @@ class Gradient:
 
 
 class ReducedObjective:
-    """C(χ) = C_0 + C_χ + C_A + C_i + C_p + C_Ψ with the state eliminated (Eqs. 9 to 14)."""
+    """C(χ) with the state eliminated: the terms of :mod:`actuator.terms` along the solutions of Eqs. (5) to (8)."""
 
     def __init__(
         self,
@@ -81,12 +90,10 @@ class ReducedObjective:
             domain, material, load, objective, tolerance=state_tolerance, solver=solver, threads=threads, scheme=scheme
         )
         self.discretisation = self.equilibrium.discretisation
-        self.design = DesignObjective(self.discretisation, objective, self.equilibrium.tangent.darcy)
         self.adjoint_tolerance = adjoint_tolerance
-        # A case without pressure has no leak to measure.
-        scale = objective.leak_weight / load.pressure**2 if load.pressure > 0.0 else 0.0
-        #: C_p = pᵀ W p / 2
-        self.leak = scale * self.discretisation.wall_mass
+        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective)
+        self.total = total_objective(self.problem, self.equilibrium.tangent.darcy)
+        self.design = self.total.design
 
     # --------------------------------------------------------------------- value
 
@@ -98,18 +105,14 @@ class ReducedObjective:
         """
         state = self.equilibrium.solve(chi, start)
         design = self.design(chi)
-        energy, ratio = strain_energy_excess(
-            self.equilibrium.geometry, self.equilibrium.coefficients, chi, state.displacement
-        )
-        values = (
-            main_objective(state.x, self.load),
-            design.passive,
-            design.area,
-            design.slope,
-            0.5 * float(state.p @ (self.leak @ state.p)),
-            float(energy),
-        )
-        return Evaluation(chi, state, dict(zip(TERMS, values, strict=True)), design, float(ratio))
+        values = self.total.values(design, self.fields(chi, state.x, state.p))
+        return Evaluation(chi, state, values, design)
+
+    def fields(self, chi: Floats, x: Floats, p: Floats) -> Fields:
+        """What terms are evaluated at; real or complex, all of one type."""
+        kind = np.result_type(chi, x, p)
+        u = self.equilibrium.kinematics.displacement(x)
+        return Fields(*(field.astype(kind, copy=False) for field in (chi, u, p, x[-3:])))
 
     # ------------------------------------------------------------------ gradient
 
@@ -121,60 +124,50 @@ class ReducedObjective:
             return Gradient(at.design.gradient, (np.zeros_like(state.x), np.zeros_like(state.p)))
         zero = np.zeros_like(state.x), np.zeros_like(state.p)
         _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)
-        lx, lp = equilibrium.solve_adjoint(state, -gx, -gp, self.adjoint_tolerance, guess)
+        lx, lp = equilibrium.linearise(state).solve_transposed(-gx, -gp, self.adjoint_tolerance, guess)
         equilibrium.work.adjoints += 1
         g_chi, _, _ = self.derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)
         return Gradient(g_chi + at.design.gradient, (lx, lp))
 
     def derivatives(
-        self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats, energy: float = 1.0
+        self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats, *, terms: bool = True
     ) -> tuple[Floats, Floats, Floats]:
-        """Derivatives of C_0 + C_p + C_Ψ + Λ·R with respect to χ, x and p; real or complex.
+        """Derivatives of the state's terms + Λ·R with respect to χ, x and p; real or complex.
 
-        ``nodal`` are the nodal residual forces at the state. ``energy`` = 0 leaves out everything but Λ·R.
+        Args:
+            chi, x, p: design and state.
+            lx, lp: Λ.
+            nodal: nodal residual forces at the state, (n_nodes, 3), N.
+            terms: whether the terms are wanted, or Λ·R alone.
         """
         equilibrium, kinematics = self.equilibrium, self.equilibrium.kinematics
-        geometry = equilibrium.geometry
+        geometry, n = equilibrium.geometry, len(chi)
         kind = np.result_type(chi, x, p, lx, lp)
-        n_cells = len(geometry.cells)
-        g_chi, g_u, g_p = np.empty((n_cells, 8), kind), np.empty((n_cells, 20, 3), kind), np.empty((n_cells, 8), kind)
+        at = Fields(*(field.astype(kind, copy=False) for field in self.fields(chi, x, p)))
+        into = Derivatives.empty(geometry, n, kind)
         lagrangian_gradient(
             geometry,
             equilibrium.source,
             equilibrium.coefficients,
-            chi.astype(kind),
-            kinematics.displacement(x).astype(kind),
-            p.astype(kind),
-            kinematics.variation(x, lx).astype(kind),
-            lp.astype(kind),
-            energy if self.objective.strain_energy_weight else 0.0,
+            at.chi,
+            at.u,
+            at.p,
+            kinematics.variation(x, lx).astype(kind, copy=False),
+            lp.astype(kind, copy=False),
+            1.0 if terms and self.total.strain_energy.weighs else 0.0,
             bool(np.any(lx)),
-            g_chi,
-            g_u,
-            g_p,
+            into.chi,
+            into.u,
+            into.p,
         )
-        n = len(chi)
-        gx = kinematics.force(x, scatter_vector(g_u, geometry.node_cells, len(self.domain.nodes)))
+        if terms:
+            self.total.add_gradient(at, into)
+        gx = kinematics.force(x, scatter_vector(into.u, geometry.node_cells, len(self.domain.nodes)))
         gx[-3:] += kinematics.spring_tangent(x) @ lx[-3:]
         gx[-1] += kinematics.second_variation(x, nodal) * lx[-1]
-        gp = scatter_vector(g_p, geometry.cells, n)
-        if energy != 0.0:
-            gx[-3:] += main_objective_gradient(x, self.load)
-            gp += self.leak @ p
-        return scatter_vector(g_chi, geometry.cells, n), gx, gp
-
-
-def main_objective(x: Floats, load: Load) -> float:
-    """C_0 of Eq. (9), dimensionless."""
-    lift = x[-2] / load.arm_length
-    return float(lift - np.sin(x[-1]) + 500.0 * max(lift, 0.0) ** 2)
-
-
-def main_objective_gradient(x: Floats, load: Load) -> Floats:
-    """Derivative of C_0 with respect to T, (3,)."""
-    lift = x[-2] / load.arm_length
-    positive = lift if lift.real > 0.0 else 0.0 * lift
-    return np.array([0.0 * lift, (1.0 + 1000.0 * positive) / load.arm_length, -np.cos(x[-1])])
+        gx[-3:] += into.arm
+        gp = scatter_vector(into.p, geometry.cells, n) + into.vertex_p
+        return scatter_vector(into.chi, geometry.cells, n), gx, gp
 
 
 def spring_elongation(kinematics: Kinematics, state: State) -> float:

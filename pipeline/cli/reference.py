@@ -1,6 +1,6 @@
 """The reference of all commands as a Markdown page, made from the program itself.
 
-    python -m pipeline.cli.reference docs/commands.md
+    python -m pipeline.cli.reference docs/reference/commands.md
 
 It says what ``--help`` says, of whatever commands are registered, and nothing of the machine or the day.
 """
@@ -15,11 +15,10 @@ from typing import Any
 import typer
 import typer.main
 
-from pipeline.exit_codes import ExitCode
 from pipeline.store.atomic import replacing
 
 #: How the committed page is renewed.
-RENEWAL = "python -m pipeline.cli.reference docs/commands.md"
+RENEWAL = "python -m pipeline.cli.reference docs/reference/commands.md"
 
 #: Typer's own options: what it says of them depends on the shell it finds.
 _OF_THE_SHELL = ("install_completion", "show_completion")
@@ -30,20 +29,17 @@ _HEAD = f"""\
 <!-- Made by `{RENEWAL}`; do not edit. -->
 
 This page is made from the program. `poro --help` and `poro COMMAND --help` say the same.
-`poro --install-completion` lets the shell complete commands and options.
+`poro --install-completion` lets the shell complete commands and options. How commands end: [exit codes](faults.md).
 """
 
 
 def reference(app: typer.Typer, name: str) -> str:
-    """All commands of an application that are not hidden, groups included: usage, arguments, options, exit codes."""
+    """All commands of an application that are not hidden, groups included: usage, arguments, options."""
     context = typer.Context(typer.main.get_command(app), info_name=name)
     listed = list(_commands(context))
     links = [f"| [`{found.command_path}`](#{_anchor(found)}) | {_summary(found)} |" for found in listed]
     contents = "\n".join(["| command | what it does |", "|---|---|", *links])
-    codes = "\n".join(
-        ["| exit code | meaning |", "|---|---|", *(f"| {code.value} | {_cell(code.meaning)} |" for code in ExitCode)]
-    )
-    head = [_HEAD, contents, "Every command ends with one of these exit codes:", codes]
+    head = [_HEAD, contents]
     general = [f"## {name}", _table("option", _records(context, "option"))]
     return "\n\n".join([*(part.strip() for part in head + general), *map(_section, listed)]) + "\n"
 

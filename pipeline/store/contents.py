@@ -35,10 +35,23 @@ class Stored:
             Fault: if the artifact is missing, unreadable, of another stage, or not finite (ARTIFACT).
         """
         found = artifact.read(self.path, self.stage, *names)
-        for name, values in zip(names, found, strict=True):
+        self._refuse_not_finite(dict(zip(names, found, strict=True)))
+        return found
+
+    def read_group(self, group: str) -> dict[str, Any]:
+        """All datasets of a group by name.
+
+        Raises:
+            Fault: as :meth:`read`.
+        """
+        found = artifact.read_group(self.path, self.stage, group)
+        self._refuse_not_finite({f"{group}/{name}": values for name, values in found.items()})
+        return found
+
+    def _refuse_not_finite(self, found: Mapping[str, Any]) -> None:
+        for name, values in found.items():
             if isinstance(values, np.ndarray) and values.dtype.kind == "f":
                 refuse_not_finite(self.path, name, values)
-        return found
 
 
 def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:

@@ -90,7 +90,7 @@ class _Checker:
     def study(self) -> Study:
         data = self.document.data
         if not isinstance(data, dict):
-            sentence = "a study is made of the lines 'case:' and 'vary:'; see docs/sweeps.md"
+            sentence = "a study is made of the lines 'case:' and 'vary:'; see docs/use/sweeps.md"
             raise Fault(ExitCode.USAGE, f"{self.path}:1: {sentence}.")
         for key in data:
             if key not in KEYS:

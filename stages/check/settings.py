@@ -9,7 +9,7 @@ of November 2026. The defaults are those for rigid SLA resins, the more cautious
   formlabs.com/white-papers/form-4-design-guide (Form 4), both taken from summaries of September 2026, and
   all3dp.com/2/how-to-design-parts-for-sla-3d-printing of 12 March 2019 (Form 2).
 
-docs/printing.md says what was read where.
+docs/use/printing.md says what was read where.
 """
 
 from __future__ import annotations

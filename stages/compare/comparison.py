@@ -2,7 +2,7 @@
 
 The rig of the paper records the inlet pressure and the deflection of the spring's end while the pressure is raised by
 hand beyond its target and slowly lowered again, several times. Here the two signals get a common zero, the cycles are
-told apart, and each branch becomes a curve over the pressure, so that repetitions can be averaged and compared.
+separated, and each branch becomes a curve over the pressure, so that repetitions can be averaged and compared.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Settings(Section):
     """How a recording is aligned and compared."""
 
     target: float | None = Field(
-        None, gt=0, description="pressure at which deviations are told; p_in if not given [kPa]"
+        None, gt=0, description="pressure at which deviations are reported; p_in if not given [kPa]"
     )
     zero: Zero = Field("rest", description="zero of both signals: median at rest, of the first rows, or as recorded")
     sensor: Sensor = Field("auto", description="what the displacement's signal does as the pressure rises")
@@ -262,7 +262,7 @@ def _notes(
     if settings.zero == "first" and not found.rest[:FIRST_ROWS].all():
         notes.append("the first rows, taken for the zero, are not all at rest")
     if measured.time is None:
-        notes.append("no time column: what a lag between the sensors would do is not told")
+        notes.append("no time column: the effect of a lag between the sensors is not known")
     return tuple(notes)
 
 

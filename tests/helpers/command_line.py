@@ -20,6 +20,8 @@ domain:
   core_cells: 2
   rings: 1
   layers: 3
+objective:
+  strain_energy_shift: 4/L_i
 optimizer:
   max_updates: 1
 """

@@ -38,12 +38,12 @@ def hessian_product(
     step = TINY / max(float(np.abs(direction).max()), 1e-300)
     chi = state.chi + 1j * step * direction
     rx, rp, _, _ = equilibrium.residual(chi, state.x, state.p)
-    dx, dp = equilibrium.solve_tangent(state, -rx.imag / step, -rp.imag / step, tolerance)
+    dx, dp = equilibrium.linearise(state).solve(-rx.imag / step, -rp.imag / step, tolerance)
     x, p = state.x + 1j * step * dx, state.p + 1j * step * dp
     _, _, nodal, _ = equilibrium.residual(chi, x, p)
     h_chi, hx, hp = (g.imag / step for g in objective.derivatives(chi, x, p, lx, lp, nodal))
-    mx, mp = equilibrium.solve_adjoint(state, -hx, -hp, tolerance)
-    response, _, _ = objective.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, energy=0.0)
+    mx, mp = equilibrium.linearise(state).solve_transposed(-hx, -hp, tolerance)
+    response, _, _ = objective.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, terms=False)
     return Product(h_chi + response + design_product(objective, at, direction), dx, dp)
 
 

@@ -25,9 +25,10 @@ from actuator.domains.half_cylinder import HalfCylinder
 from actuator.domains.source import pressure_source
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kernels import lagrangian_gradient, strain_energy_excess
 from actuator.material.ersatz import Coefficients
 from actuator.material.laws.coefficients import Law, MooneyRivlin, Ogden, Yeoh
+from actuator.terms.lagrangian import lagrangian_gradient
+from actuator.terms.strain_energy import strain_energy_excess
 
 LAWS: dict[str, Law] = {
     "ogden": Ogden.of([0.7, 0.2, 0.1], [1.3, 5.0, -2.0]),

@@ -8,8 +8,8 @@ from physics import LENGTH, RADIUS, Floats, half_cylinder, parameters
 
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.domains.initial_design import initial_design
-from actuator.optimiser.metric import Metric
 from actuator.solve.reduced import ReducedObjective
+from actuator.terms.step import Metric
 
 INTERFACE_WIDTH = 3.0
 
@@ -36,4 +36,4 @@ def start_of(domain: HalfCylinder) -> Floats:
 
 
 def metric_of(objective: ReducedObjective) -> Metric:
-    return Metric(objective.discretisation, objective.objective.diffusivity_length, objective.design.gather, threads=1)
+    return Metric(objective.discretisation, objective.objective, objective.design.gather, threads=1)

@@ -16,6 +16,9 @@ from pipeline.cli.app import call
 #: Pages whose commands take long, even on the tiny case: they draw, or follow the response to pressure.
 SLOW = ("measuring", "report", "simulation", "sweeps", "tutorial")
 
+#: Pages whose commands are run by tests of their own: test_readme.py, test_reference.py.
+ELSEWHERE_RUN = ("README.md", "artifacts.md")
+
 #: What is not for a test to run.
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
@@ -25,7 +28,7 @@ SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
     for page in PAGES
-    if page.name != "README.md" and commands(page)
+    if page.name not in ELSEWHERE_RUN and commands(page)
 ]
 
 
@@ -41,7 +44,9 @@ def checkout(tmp_path: Path) -> Path:
     (tmp_path / "data.csv").write_text(
         "strain,stress [MPa]\n0.0,0.0\n0.1,0.09\n0.2,0.17\n0.4,0.30\n0.8,0.52\n1.2,0.70\n"
     )
-    study = re.search(r"^```yaml\n(.*?)^```", (ROOT / "docs" / "sweeps.md").read_text(), flags=re.MULTILINE | re.DOTALL)
+    study = re.search(
+        r"^```yaml\n(.*?)^```", (ROOT / "docs" / "use" / "sweeps.md").read_text(), flags=re.MULTILINE | re.DOTALL
+    )
     assert study
     (tmp_path / "study.yaml").write_text(study[1])
     return tmp_path
@@ -100,8 +105,24 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_index_has_every_page() -> None:
     index = ROOT / "docs" / "index.md"
     listed = {link.partition("#")[0] for link in links(index)}
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= listed
+    pages = {str(page.relative_to(index.parent)) for page in (ROOT / "docs").glob("**/*.md")} - {"index.md"}
+    # The notebook has a map of its own.
+    assert {page for page in pages if not page.startswith("project/notebook/")} <= listed
 
 
 def test_readme_names_the_documents() -> None:
-    assert {"docs/tutorial.md", "docs/howto.md", "docs/theory.md", "docs/index.md"} <= set(links(ROOT / "README.md"))
+    assert {"docs/start/tutorial.md", "docs/use/howto.md", "docs/explain/theory.md", "docs/index.md"} <= set(
+        links(ROOT / "README.md")
+    )
+
+
+#: What has been frozen names files of its day.
+FROZEN = ROOT / "docs" / "project" / "notebook"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if FROZEN not in page.parents], ids=lambda page: page.stem)
+def test_files_of_the_program_that_are_named_exist(page: Path) -> None:
+    """Such as `actuator/threads.py` or `stages/`, so that a page does not lead to a room that has moved."""
+    text = page.read_text(encoding="utf-8")
+    named = re.findall(r"`((?:actuator|stages|pipeline|tests|benchmarks|configs|docs)/[\w./-]*)`", text)
+    assert [name for name in named if "NAME" not in name and not (ROOT / name).exists()] == []

@@ -1,4 +1,4 @@
-"""Every equation that the code and the documents cite is in docs/theory.md, and is the one that is meant."""
+"""Every equation that the code and the documents cite is in docs/explain/theory.md, and is the one that is meant."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-THEORY = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+THEORY = (ROOT / "docs" / "explain" / "theory.md").read_text(encoding="utf-8")
 NUMBER = r"\(?([1-9]\d*|[A-C]\.\d)\)?"
 CITATION = re.compile(rf"\b(?:Eqs?\.|equations?) {NUMBER}(?: (to|and) {NUMBER})?")
 
@@ -60,7 +60,7 @@ def test_equations_are_numbered_as_in_the_paper() -> None:
 def test_cited_equations_exist(folder: str) -> None:
     known = set(tags())
     wrong = [f"{path}:{number}: {line.strip()}" for path, number, line in texts(folder) if set(cited(line)) - known]
-    assert wrong == [], "write these equations in docs/theory.md with \\tag{n}, or cite others"
+    assert wrong == [], "write these equations in docs/explain/theory.md with \\tag{n}, or cite others"
 
 
 def test_citations_are_found() -> None:

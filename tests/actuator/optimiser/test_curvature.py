@@ -8,7 +8,7 @@ from physics import Floats
 from small_case import metric_of, small_objective
 
 from actuator.optimiser.curvature import MEMORY, SLACK, Curvature
-from actuator.optimiser.metric import Metric
+from actuator.terms.step import Metric
 
 SCALE = 1e-3
 

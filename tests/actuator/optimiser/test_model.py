@@ -26,9 +26,8 @@ class Centre:
     direction: Floats
 
     def model(self) -> tuple[Model, Sensitivity]:
-        self.objective.equilibrium.refresh()
-        sensitivity = Sensitivity(self.objective.equilibrium)
-        return Model(self.objective, sensitivity, self.at, self.gradient), sensitivity
+        model = Model(self.objective, self.at, self.gradient)
+        return model, model.sensitivity
 
 
 def centre_of(**changes: float) -> Centre:
@@ -171,11 +170,11 @@ def test_diagonal_is_what_holding_the_state_leaves_plus_the_leak(
         return objective.derivatives(chi, start.x, start.p, adjoint, start.flow_adjoint, start.tip)[0]
 
     state_held = np.abs(held(start.chi + h) - held(start.chi - h)) / (2.0 * h)
-    leak = np.empty(len(start.chi))
+    leak, matrix = np.empty(len(start.chi)), objective.total.leak.matrix
     for vertex, unit in enumerate(np.eye(len(start.chi))):
         ahead, behind = (objective.equilibrium.pressure(start.chi + e * unit, start.x) for e in (h, -h))
         dp = (ahead - behind) / (2.0 * h)
-        leak[vertex] = dp @ (objective.leak @ dp)
+        leak[vertex] = dp @ (matrix @ dp)
     assert (leak.max() > 0.1 * state_held.max()) == leaks
     exact = state_held + leak
     # The leak's part is estimated with 32 probes and the wall's mass lumped.

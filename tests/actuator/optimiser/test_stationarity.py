@@ -26,6 +26,7 @@ def problem(lengths: float = 1.0, stiffness: float = 1.0, **weights: float) -> R
         load=LoadSettings(),
         objective=ObjectiveSettings(
             strain_limit=0.04,
+            strain_energy_shift="4/L_i",
             interface_width=3.0 * lengths,
             diffusivity_length=15.0 * lengths,
             **weights,

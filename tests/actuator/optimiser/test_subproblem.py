@@ -6,15 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from physics import Floats, parameters
+from physics import Floats, coefficients, parameters
 from scipy.optimize import minimize
 from small_case import metric_of, small_objective, start_of
 
 from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.metric import Metric
 from actuator.optimiser.subproblem import Proposal, Subproblem
 from actuator.solve.reduced import ReducedObjective
-from actuator.terms.design_terms import DesignObjective
+from actuator.terms import total_objective
+from actuator.terms.interface import Problem as Terms
+from actuator.terms.step import Metric
 
 FAR = 1e3
 
@@ -29,7 +30,7 @@ class Problem:
     quadratic: Floats
 
     def solve(self, reach: float = FAR) -> Proposal | None:
-        subproblem = Subproblem(self.objective.design, self.objective.equilibrium.design_solver, self.norm)
+        subproblem = Subproblem(self.objective.design, self.objective.equilibrium.vertex_solver(), self.norm)
         value = self.objective.design.value(self.chi)
         return subproblem.solve(self.chi, value, self.linear, self.curvature, self.quadratic, reach)
 
@@ -88,7 +89,8 @@ def test_far_from_all_walls_it_is_a_linear_system(pairs: int) -> None:
     given = problem(inside=True, pairs=pairs)
     proposal = given.solve()
     assert proposal is not None
-    assert given.objective.design(given.chi).passive == given.objective.design(given.chi).slope == 0.0
+    terms = given.objective.design(given.chi).terms
+    assert terms["C_chi"].value == terms["C_i"].value == 0.0
     exact = np.linalg.solve(given.matrix(), -given.linear)
     # The search ends with a part of the barrier left; of the gain that costs the square.
     assert np.abs(proposal.step - exact).max() < 1e-2 * np.abs(exact).max()
@@ -100,8 +102,9 @@ def test_violated_wall_is_left() -> None:
     before = given.objective.design(given.chi)
     proposal = given.solve()
     assert proposal is not None
-    assert before.passive > 1e4
-    assert given.objective.design(given.chi + proposal.step).passive < 0.1 * before.passive
+    after = given.objective.design(given.chi + proposal.step)
+    assert before.terms["C_chi"].value > 1e4
+    assert after.terms["C_chi"].value < 0.1 * before.terms["C_chi"].value
 
 
 @pytest.mark.parametrize("share", [0.5, 0.05])
@@ -123,7 +126,7 @@ def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> N
     first = given.solve()
     assert first is not None
     chi = given.chi + first.step
-    touching = replace(given, chi=chi, linear=given.linear - design(chi, passive=False).gradient)
+    touching = replace(given, chi=chi, linear=given.linear - design.smooth(chi).gradient)
     proposal = touching.solve()
     assert proposal is not None
     found = minimize(
@@ -133,35 +136,36 @@ def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> N
         method="L-BFGS-B",
         options={"maxiter": 400, "maxfun": 1000},
     )
-    assert np.abs(design.room(chi + proposal.step)).min() < 1e-3, "the bound must hold somewhere"
+    assert np.abs(design.passive.room(chi + proposal.step)).min() < 1e-3, "the bound must hold somewhere"
     assert proposal.change < 0.9 * float(found.fun)
 
 
 @pytest.mark.parametrize("pull", [1e-4, 1e-3])
-def test_design_that_leans_on_the_passive_region_is_in_balance(pull: float) -> None:
+def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> None:
     """C_χ is so steep that 1e-8 short of its bound nothing holds a design; the solution leans into it."""
     given = problem(inside=False, pairs=4)
     design = given.objective.design
     first = given.solve()
     assert first is not None
     chi = given.chi + first.step
-    outwards = -pull * design.from_points(np.ones_like(design.volumes))
-    given = replace(given, chi=chi, linear=outwards - design(chi, passive=False).gradient)
+    outwards = -pull * design.from_points(np.ones_like(design.points.volumes))
+    given = replace(given, chi=chi, linear=outwards - design.smooth(chi).gradient)
     proposal = given.solve()
     assert proposal is not None
-    over = -design.room(given.chi + proposal.step)
+    over = -design.passive.room(given.chi + proposal.step)
     leaning = (over > 0.0) & (over < 1e-3)
     assert leaning.sum() > 10
-    push = design.from_points(design.passive_weight * np.maximum(over, 0.0))
+    push = design.from_points(design.passive.weight * np.maximum(over, 0.0))
     left = given.norm.dual_norm(given.gradient(proposal.step))
     assert left < 1e-6 * given.norm.dual_norm(push), "the wall's force must be that of the design's own"
 
 
 def test_no_bound_without_a_weight() -> None:
     given = problem(inside=True, pairs=3)
-    *_, objective = parameters(passive_weight=0.0)
-    free = DesignObjective(given.objective.discretisation, objective, given.objective.design.gather)
-    subproblem = Subproblem(free, given.objective.equilibrium.design_solver, given.norm)
+    _, load, objective = parameters(passive_weight=0.0)
+    terms = Terms(given.objective.discretisation, coefficients(), load, objective)
+    free = total_objective(terms, given.objective.design.gather).design
+    subproblem = Subproblem(free, given.objective.equilibrium.vertex_solver(), given.norm)
     proposal = subproblem.solve(given.chi, free.value(given.chi), given.linear, given.curvature, given.quadratic, FAR)
     bounded = given.solve()
     assert proposal is not None

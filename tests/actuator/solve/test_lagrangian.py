@@ -25,7 +25,8 @@ from actuator.domains.initial_design import initial_design
 from actuator.domains.source import pressure_source
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kernels import lagrangian_gradient, strain_energy_excess
+from actuator.terms.lagrangian import lagrangian_gradient
+from actuator.terms.strain_energy import strain_energy_excess
 
 DOMAIN = half_cylinder()
 #: A strict limit, so that C_Ψ is active, and a regularisation that is not lost beside the stress.

@@ -9,7 +9,9 @@ from physics import LENGTH, Floats, half_cylinder, parameters
 from scipy.sparse.linalg import spsolve
 
 from actuator.domains.initial_design import initial_design
-from actuator.solve.equilibrium import Equilibrium, NoState, State
+from actuator.solve.equilibrium import Equilibrium, NoState
+from actuator.solve.linearisation import Outdated
+from actuator.solve.state import State
 
 DOMAIN = half_cylinder(1, 1, 3)
 CHI = initial_design(DOMAIN.points, 15.0, 3.0) + 1.0
@@ -162,13 +164,13 @@ def test_warm_start_needs_no_more_steps(equilibrium: Equilibrium, state: State) 
 def test_solves_honour_their_tolerance(equilibrium: Equilibrium, state: State, tolerance: float) -> None:
     rng, (force, flow) = np.random.default_rng(3), equilibrium.scales
     rx, rp = force * rng.normal(size=len(state.x)), flow * rng.normal(size=len(state.p))
-    equilibrium.linearise(state)
-    left = equilibrium.tangent.multiply(*equilibrium.solve_tangent(state, rx, rp, tolerance))
+    there = equilibrium.linearise(state)
+    left = there.tangent.multiply(*there.solve(rx, rp, tolerance))
     error = np.hypot(np.linalg.norm(left[0] - rx) / force, np.linalg.norm(left[1] - rp) / flow)
     assert error <= 1.01 * tolerance * np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow)
 
     gx, gp = rng.normal(size=len(state.x)) / force, rng.normal(size=len(state.p)) / flow
-    left = equilibrium.tangent.multiply_transposed(*equilibrium.solve_adjoint(state, gx, gp, tolerance))
+    left = there.tangent.multiply_transposed(*there.solve_transposed(gx, gp, tolerance))
     error = np.hypot(np.linalg.norm(left[0] - gx) * force, np.linalg.norm(left[1] - gp) * flow)
     assert error <= 1.01 * tolerance * np.hypot(np.linalg.norm(gx) * force, np.linalg.norm(gp) * flow)
 
@@ -177,15 +179,44 @@ def test_adjoint_is_dual_to_the_tangent(equilibrium: Equilibrium, state: State) 
     rng, (force, flow) = np.random.default_rng(4), equilibrium.scales
     rx, rp = force * rng.normal(size=len(state.x)), flow * rng.normal(size=len(state.p))
     gx, gp = rng.normal(size=len(state.x)), rng.normal(size=len(state.p))
-    dx, dp = equilibrium.solve_tangent(state, rx, rp, 1e-10)
-    lx, lp = equilibrium.solve_adjoint(state, gx, gp, 1e-10)
+    dx, dp = equilibrium.linearise(state).solve(rx, rp, 1e-10)
+    lx, lp = equilibrium.linearise(state).solve_transposed(gx, gp, 1e-10)
     assert gx @ dx + gp @ dp == pytest.approx(lx @ rx + lp @ rp, rel=1e-7)
 
 
 def test_a_good_guess_saves_iterations(equilibrium: Equilibrium, state: State) -> None:
     gx, gp = np.zeros_like(state.x), np.zeros_like(state.p)
     gx[-1] = 1.0
-    solution = equilibrium.solve_adjoint(state, gx, gp, 1e-9)
+    solution = equilibrium.linearise(state).solve_transposed(gx, gp, 1e-9)
     before = equilibrium.work.krylov
-    equilibrium.solve_adjoint(state, gx, gp, 1e-8, guess=solution)
+    equilibrium.linearise(state).solve_transposed(gx, gp, 1e-8, guess=solution)
     assert equilibrium.work.krylov == before
+
+
+def test_a_linearisation_that_was_taken_over_cannot_be_used(equilibrium: Equilibrium, state: State) -> None:
+    """Whatever is asked of it: the memory holds another tangent by then."""
+    before = equilibrium.linearise(state, fresh=True)
+    assert equilibrium.linearise(state) is before, "of the same state there is one"
+    other = equilibrium.at(CHI, 0.5 * state.x, state.p)
+    after = equilibrium.linearise(other)
+    uses = (
+        lambda: before.tangent,
+        lambda: before.mechanics(state.x),
+        lambda: before.flow(state.p),
+        lambda: before.solve(state.x, state.p, 1e-3),
+        lambda: before.solve_transposed(state.x, state.p, 1e-3),
+        lambda: before.factorise(),
+        lambda: before.negative_eigenvalues,
+    )
+    for use in uses:
+        with pytest.raises(Outdated, match="linearise again"):
+            use()
+    assert after.tangent is equilibrium.tangent
+
+
+def test_pressure_factors_that_were_replaced_cannot_be_used(equilibrium: Equilibrium, state: State) -> None:
+    before = equilibrium.flow(CHI, state.x)
+    assert equilibrium.flow(CHI.copy(), state.x.copy()) is before
+    equilibrium.flow(CHI, 0.5 * state.x)
+    with pytest.raises(RuntimeError, match="replaced"):
+        before.solve(state.p)

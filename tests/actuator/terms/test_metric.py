@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from physics import half_cylinder
+from physics import half_cylinder, parameters
 
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.tangent import darcy_gather
-from actuator.optimiser.metric import Metric
+from actuator.terms.step import Metric
 
 DIFFUSIVITY_LENGTH = 15.0
 
 
+def metric_with(length_unit: float = 1.0) -> Metric:
+    discretisation, objective = Discretisation(half_cylinder(1, 1, 1)), parameters(length_unit=length_unit)[2]
+    return Metric(discretisation, objective, darcy_gather(discretisation), threads=1)
+
+
 @pytest.fixture(scope="module")
 def metric() -> Metric:
-    discretisation = Discretisation(half_cylinder(1, 1, 1))
-    return Metric(discretisation, DIFFUSIVITY_LENGTH, darcy_gather(discretisation), threads=1)
+    return metric_with()
 
 
 def test_metric_of_a_linear_step(metric: Metric) -> None:
@@ -37,3 +41,10 @@ def test_dual_norm_is_the_largest_work_of_unit_steps(metric: Metric) -> None:
     assert metric.dual_norm(g) == pytest.approx(g @ best / metric.norm(best), rel=1e-10)
     for d in rng.normal(size=(20, metric.size)):
         assert g @ d / metric.norm(d) < metric.dual_norm(g)
+
+
+def test_the_length_unit_is_what_its_integrals_are_counted_in(metric: Metric) -> None:
+    other, delta = metric_with(length_unit=2.0), np.arange(metric.size, dtype=float)
+    assert other.volume == metric.volume
+    assert other.measure == pytest.approx(metric.measure / 8.0, rel=1e-14)
+    assert other @ delta == pytest.approx(metric @ delta / 8.0, rel=1e-14)

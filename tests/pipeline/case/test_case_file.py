@@ -112,19 +112,19 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
     assert case11.model_copy(update={"name": "case14", "objective": objective}) == case14
     assert case14.objective.strain_energy_shift == 0.0
     for name, limits in (("case14", case14.objective), ("case11", case11.objective)):
-        printed = read_case(find_case(Path(f"{name}-printed.yaml")))[0]
-        objective = limits.model_copy(update={"strain_energy_shift": None})
+        printed = read_case(find_case(Path(f"{name}-eq14-shift.yaml")))[0]
+        objective = limits.model_copy(update={"strain_energy_shift": "4/L_i"})
         assert printed == case14.model_copy(update={"name": printed.name, "objective": objective})
     domain = quick.domain.build()
     assert domain.layers * domain.section_cells == 1080
-    small = {"name": "case14-printed", "domain": case14.domain, "optimizer": case14.optimizer}
-    assert quick.model_copy(update=small) == read_case(find_case(Path("case14-printed.yaml")))[0]
+    small = {"name": "case14-eq14-shift", "domain": case14.domain, "optimizer": case14.optimizer}
+    assert quick.model_copy(update=small) == read_case(find_case(Path("case14-eq14-shift.yaml")))[0]
 
 
 def test_left_out_keys_take_the_values_of_the_paper() -> None:
-    printed, _ = read_case(find_case(Path("case14-printed.yaml")))
-    defaults = case_type()(name="case14-printed")
-    assert defaults.model_copy(update={"export": printed.export}) == printed
+    case14, _ = read_case(find_case(Path("case14.yaml")))
+    defaults = case_type()(name="case14")
+    assert defaults.model_copy(update={"export": case14.export}) == case14
 
 
 def test_schema_describes_the_shipped_cases(poro: Poro) -> None:

@@ -120,11 +120,12 @@ def _files(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.suffix != ".log"}
 
 
-def test_everything_the_readme_calls_exists(poro: Poro) -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_everything_the_readme_and_the_list_of_files_call_exists(poro: Poro) -> None:
+    pages = (ROOT / "README.md", ROOT / "docs" / "reference" / "artifacts.md")
+    lines = [line for page in pages for line in page.read_text(encoding="utf-8").splitlines()]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    calls = [line.split("#")[0].split() for line in readme.splitlines() if line.startswith(("poro ", "make "))]
-    assert len(calls) > 10
+    calls = [line.split("#")[0].split() for line in lines if line.startswith(("poro ", "make "))]
+    assert len(calls) > 20
     for program, name, *words in calls:
         if program == "make":
             assert re.search(rf"^{name}:", makefile, flags=re.MULTILINE), name

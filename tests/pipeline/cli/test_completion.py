@@ -51,7 +51,7 @@ def test_commands_options_values_and_case_files_are_completed(shell: str, files:
 def test_values_shipped_cases_folders_artifacts_and_studies_are_completed(files: Path) -> None:
     assert offered("bash", files, "poro run --until mi") == {"mirror"}
     assert offered("bash", files, "poro export cases/a") == {"cases/arm.yaml"}
-    shipped = {f"case{limit}{kind}.yaml" for limit in (11, 14) for kind in ("", "-printed")}
+    shipped = {f"case{limit}{kind}.yaml" for limit in (11, 14) for kind in ("", "-eq14-shift")}
     assert offered("bash", files, "poro run ca") == {*shipped, "cases/"}
     assert offered("bash", files, "poro convert s") == {"small.h5"}
     assert offered("bash", files, "poro sweep s") == {"small.yaml"}

@@ -69,7 +69,7 @@ def test_every_update_is_a_time_step_of_the_shown_mesh(folder: Path) -> None:
 
 
 def test_documented_lines_read_the_last_step(folder: Path) -> None:
-    document = (Path(__file__).parents[3] / "docs" / "artifacts.md").read_text(encoding="utf-8")
+    document = (Path(__file__).parents[3] / "docs" / "reference" / "artifacts.md").read_text(encoding="utf-8")
     (lines,) = re.findall(r"^```python\n(.*?)^```", document, flags=re.MULTILINE | re.DOTALL)
     names: dict[str, Any] = {}
     exec(lines.replace("outputs/quick.vtkhdf", str(folder / "tiny.vtkhdf")), names)

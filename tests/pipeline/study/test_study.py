@@ -12,7 +12,7 @@ from pipeline.case.model import read_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.study.study import Study, read_study
 
-DOCS = Path(__file__).parents[3] / "docs" / "sweeps.md"
+DOCS = Path(__file__).parents[3] / "docs" / "use" / "sweeps.md"
 
 
 def study(folder: Path, text: str) -> Study:

@@ -1,0 +1,37 @@
+"""A state of the actuator: what the equations are solved for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from actuator.arrays import Floats
+
+
+@dataclass(frozen=True)
+class State:
+    """A design with displacements and pressure, converged or on the way.
+
+    Attributes:
+        chi: the design it belongs to, (n_vertices,).
+        x: reduced displacements and T, (n_x,); see :class:`actuator.equations.kinematics.Kinematics`.
+        p: pressure, (n_vertices,), N/mm².
+        displacement: u, (n_nodes, 3), mm.
+        nodal: nodal residual forces, (n_nodes, 3), N; on Γ they are the reactions that replace q.
+        residual: relative residual; infinite where an element is inverted.
+        lowest_jacobian: smallest det F at the quadrature points.
+    """
+
+    chi: Floats
+    x: Floats
+    p: Floats
+    displacement: Floats
+    nodal: Floats
+    residual: float = np.inf
+    lowest_jacobian: float = np.nan
+
+    @property
+    def arm(self) -> Floats:
+        """T = [T1, T3 (mm), θ2 (rad)], (3,)."""
+        return self.x[-3:]

@@ -1,0 +1,123 @@
+"""What a term of the objective is: value, gradient and curvature side by side.
+
+There are two kinds. A :class:`DesignTerm` depends on χ alone and gives its exact Hessian, which the optimiser's
+subproblem takes as it is. A :class:`StateTerm` also depends on displacements, pressure and the arm; its gradient takes
+complex fields, so that the complex step (Squire & Trapp 1998, doi:10.1137/S003614459631241X) on it is its exact
+curvature along any direction. A class of either kind is registered in :data:`actuator.terms.TERMS`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from actuator.arrays import Floats
+from actuator.equations.discretisation import Discretisation, Geometry
+from actuator.material.ersatz import Coefficients
+from actuator.parameters import Load, Objective
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What terms are built from.
+
+    Attributes:
+        discretisation: spaces on the domain.
+        coefficients: of the material's laws, as compiled code takes them.
+        load: pressure, arm and spring.
+        objective: weights and limits.
+    """
+
+    discretisation: Discretisation
+    coefficients: Coefficients
+    load: Load
+    objective: Objective
+
+
+class Fields(NamedTuple):
+    """A design and a state, real or complex.
+
+    Attributes:
+        chi: χ at the vertices, (n_vertices,).
+        u: displacements at the nodes, (n_nodes, 3), mm.
+        p: pressure at the vertices, (n_vertices,), N/mm².
+        arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
+    """
+
+    chi: NDArray[Any]
+    u: NDArray[Any]
+    p: NDArray[Any]
+    arm: NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives with respect to :class:`Fields`, as terms add to them: per element, and where that is shorter whole.
+
+    Attributes:
+        chi, u, p: per element, (n_cells, 8), (n_cells, 20, 3) and (n_cells, 8).
+        vertex_p: with respect to p at the vertices, (n_vertices,).
+        arm: with respect to T, (3,).
+    """
+
+    chi: NDArray[Any]
+    u: NDArray[Any]
+    p: NDArray[Any]
+    vertex_p: NDArray[Any]
+    arm: NDArray[Any]
+
+    @classmethod
+    def empty(cls, geometry: Geometry, n_vertices: int, kind: Any) -> Derivatives:
+        """Room for the elements' derivatives, not yet set, and zeros for the others."""
+        n = len(geometry.cells)
+        element = np.empty((n, 8), kind), np.empty((n, 20, 3), kind), np.empty((n, 8), kind)
+        return cls(*element, np.zeros(n_vertices, kind), np.zeros(3, kind))
+
+
+@dataclass(frozen=True)
+class Value:
+    """A term's value, and what else was measured on the way, by name, for the history.
+
+    Attributes:
+        value: dimensionless.
+        measures: dimensionless, such as the largest strain energy over its limit.
+    """
+
+    value: float
+    measures: Mapping[str, float] = field(default_factory=dict)
+
+
+class DesignTerm(ABC):
+    """A term that depends on the design alone."""
+
+    @abstractmethod
+    def value(self, chi: Floats) -> float:
+        """The term at χ, (n_vertices,); to the last bit that of :meth:`add`, at a fraction of the price."""
+
+    @abstractmethod
+    def add(self, chi: Floats, gradient: Floats, hessian: Floats) -> Value:
+        """Add the derivatives of every element to (n_cells, 8) and (n_cells, 8, 8), and return the value."""
+
+
+class StateTerm(ABC):
+    """A term that depends on the state, and perhaps on the design."""
+
+    @abstractmethod
+    def value(self, at: Fields) -> Value:
+        """The term at real fields; infinite where it is not defined."""
+
+    @abstractmethod
+    def add_gradient(self, at: Fields, into: Derivatives) -> None:
+        """Add the derivatives at real or complex fields."""
+
+    def pressure_roots(self) -> Floats | None:
+        """w, (n_vertices,), if the term's curvature in p is about diag(w²); None if it has none.
+
+        The optimiser's estimate of the Hessian's diagonal uses it.
+        """
+        return None
