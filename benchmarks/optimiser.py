@@ -29,7 +29,7 @@ from actuator.threads import use_threads
 from benchmarks.gradient_descent import GradientDescent
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 from pipeline.case.model import find_case, read_case
-from pipeline.store.vtkhdf import vtk_order
+from stages.datasets import vtk_order
 from stages.domains import DomainSettings
 from stages.optimize import Settings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -46,6 +46,13 @@ class Fault(Exception):
     def __init__(self, code: ExitCode, sentence: str) -> None:
         super().__init__(sentence)
         self.code = code
+
+
+def shown(value: Any, most: int = 60) -> str:
+    """Text of a file, fit for a message: on one line, no control characters, not too long."""
+    text = str(value)
+    text = text if text.isprintable() else ascii(text)[1:-1]
+    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def wrong_option(option: str, error: ValidationError) -> Fault:

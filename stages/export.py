@@ -2,76 +2,60 @@
 
 from __future__ import annotations
 
-import io
+import hashlib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import LooseBodies, UnreadableSolid
+from actuator.failure import LooseBodies
+from stages.datasets import Packed, Product, surface
 from stages.events import Message, Observer, silent
+from stages.formats import FORMATS
+from stages.inspection import inspect
 from stages.settings import Section
+from stages.task import Task
 
 if TYPE_CHECKING:
-    import trimesh
-
     from actuator.geometry.bodies import Shell
-    from actuator.geometry.zero_set import Surface
 
 VERSION = 2
 
-Format = Literal["stl", "3mf"]
 Islands = Literal["remove", "refuse"]
 
-#: Bytes of free text that a binary STL begins with.
-HEADER = 80
 #: Islands that a message describes one by one.
 SHOWN = 5
 #: Largest relative difference between the volume written and the volume read back.
 VOLUME_TOLERANCE = 1.0e-5
 
 
+def _known(name: Any) -> Any:
+    """Refuse a format that is not registered, as pydantic refuses a word that is not one of some."""
+    if not isinstance(name, str) or name not in FORMATS:
+        known = [f"'{each}'" for each in FORMATS]
+        expected = " or ".join(filter(None, [", ".join(known[:-1]), known[-1]]))
+        raise PydanticCustomError("literal_error", "Input should be {expected}", {"expected": expected})
+    return name
+
+
+def _listed_formats(schema: dict[str, Any]) -> None:
+    schema["enum"] = list(FORMATS)
+
+
 class Settings(Section):
     """Size and format of the part (Section 4 of the paper: scale 1.5)."""
 
     scale: float = Field(1.0, gt=0, description="size of the part over size of the domain [-]")
-    format: Format = Field("stl", description="file format: binary stl in mm, or 3mf")
+    format: Annotated[str, BeforeValidator(_known)] = Field(
+        "stl", description="file format: binary stl in mm, or 3mf", json_schema_extra=_listed_formats
+    )
     islands: Islands = Field("remove", description="bodies that float beside the largest: remove or refuse")
     decimation: float = Field(0.0, ge=0, description="how far fewer triangles may lie off; 0 keeps all [mm]")
-
-
-@dataclass(frozen=True)
-class Inspection:
-    """What a reader finds in the bytes of an STL or 3MF file, after merging equal vertices.
-
-    Attributes:
-        format: ``stl`` or ``3mf``.
-        size: number of bytes.
-        vertices, triangles: counts after merging.
-        watertight: every edge has exactly two triangles.
-        winding_consistent: the two agree on orientation.
-        volume: enclosed volume, mm³.
-        area: surface area, mm².
-        bounding_box: lower and upper corner, mm.
-        bodies: volume of every separate body, mm³, largest first; those after the first are floating islands.
-        cavities: volume of every enclosed void, mm³, largest first.
-        euler_number: vertices - edges + triangles.
-    """
-
-    format: str
-    size: int
-    vertices: int
-    triangles: int
-    watertight: bool
-    winding_consistent: bool
-    volume: float
-    area: float
-    bounding_box: tuple[tuple[float, float, float], tuple[float, float, float]]
-    bodies: tuple[float, ...]
-    cavities: tuple[float, ...]
-    euler_number: int
 
 
 @dataclass(frozen=True)
@@ -86,9 +70,9 @@ class Result:
         watertight: read back.
         bounding_box: lower and upper corner, (2, 3), mm, read back.
         passed: whether every check of the file passed.
-        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`Inspection`), ``islands`` (the removed
-            ones, volume in mm³ and centre in mm), ``decimated`` (triangles left
-            out), ``moved`` (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
+        report: ``manifold`` (what manifold3d did), ``file`` (the :class:`~stages.inspection.Inspection`), ``islands``
+            (the removed ones, volume in mm³ and centre in mm), ``decimated`` (triangles left out), ``moved``
+            (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
     """
 
     data: bytes
@@ -139,7 +123,8 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         surface, off = decimated(whole, settings.decimation)
         left_out = len(whole.triangles) - len(surface.triangles)
         observer(Message(f"{left_out} of {len(whole.triangles)} triangles left out, {off:.2g} mm off at most"))
-    data = _encode(surface, settings, name)
+    title = f"{name or 'part'}, scale {settings.scale:g}, mm"
+    data = FORMATS[settings.format].write(surface, title)
     found = inspect(data, settings.format)
     volume = float(component_volumes(surface).sum())
     box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
@@ -182,72 +167,44 @@ def _listed(islands: list[Shell]) -> str:
     return "; ".join(shown + more)
 
 
-def inspect(data: bytes, format: Format) -> Inspection:
-    """Read the bytes of an STL or 3MF file, of this program or any other, and measure what is in them.
-
-    Raises:
-        actuator.failure.UnreadableSolid: if the bytes are no such file, or hold no triangle.
-    """
-    # trimesh and manifold3d: only where a file is written or read.
-    import trimesh
-
-    from actuator.geometry.solid import component_volumes, rounded
-
-    mesh = decode(data, format)
-    surface = rounded(mesh.vertices, mesh.faces)
-    if not len(surface.triangles):
-        raise UnreadableSolid(f"The {format} file holds no triangles; export the part again.")
-    merged = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
-    volumes = component_volumes(surface)
-    low, high = merged.bounds.tolist()
-    return Inspection(
-        format=format,
-        size=len(data),
-        vertices=len(surface.vertices),
-        triangles=len(surface.triangles),
-        watertight=bool(merged.is_watertight),
-        winding_consistent=bool(merged.is_winding_consistent),
-        volume=float(volumes.sum()),
-        area=float(merged.area),
-        bounding_box=(tuple(low), tuple(high)),
-        bodies=tuple(volumes[volumes > 0.0].tolist()),
-        cavities=tuple((-volumes[volumes < 0.0][::-1]).tolist()),
-        euler_number=int(merged.euler_number),
-    )
+def start(task: Task) -> Result:
+    """Make the part of a case from its solid."""
+    return run(*surface(task.upstream), task.case.export, task.observer, task.case.name)
 
 
-def _encode(surface: Surface, settings: Settings, name: str) -> bytes:
-    import trimesh  # as in inspect
-
-    mesh = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
-    mesh.units = "millimeters"
-    title = f"{name or 'part'}, scale {settings.scale:g}, mm"
-    if settings.format == "stl":
-        data = mesh.export(file_type="stl")
-    else:
-        data = trimesh.Scene({title: mesh}).export(file_type=settings.format)
-    if not isinstance(data, bytes):
-        raise TypeError(f"trimesh returned {type(data).__name__} for {settings.format}")
-    return _header(title) + data[HEADER:] if settings.format == "stl" else data
+def pack(result: Result) -> Packed:
+    """The part, and what was made of it."""
+    failed = ", ".join(name for name, passed in result.report["checks"].items() if not passed)
+    remedy = "refine further (refine.factor, refine.filter_radius) or optimise longer"
+    flaw = f"the solid fails its checks ({failed}); {remedy}"
+    summary = {key: result.report[key] for key in ("manifold", "islands", "decimated", "moved", "checks")}
+    inspected = partial(_inspected, result.report["file"]["format"])
+    return Packed(summary, product=Product(result.data, "" if result.passed else flaw, inspected))
 
 
-def _header(title: str) -> bytes:
-    """The free text of a binary STL, which must not look like that of an ASCII one."""
-    return f"poro: {title}".encode("ascii", "replace")[:HEADER].ljust(HEADER)
+def _inspected(format: str, data: bytes) -> tuple[dict[str, Any], str]:
+    """What the part measures as it was read back from the disk, and what is wrong with it."""
+    found = inspect(data, format)
+    summary = {
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "volume": found.volume,
+        "watertight": found.watertight,
+        "bounding_box": found.bounding_box,
+    }
+    whole = found.watertight and found.volume > 0.0
+    return summary, "" if whole else "is not watertight when read back; export again"
 
 
-def decode(data: bytes, format: Format) -> trimesh.Trimesh:
-    """The triangles in the bytes of an STL or 3MF file, in mm, as they stand there.
-
-    Raises:
-        actuator.failure.UnreadableSolid: if the bytes are no such file.
-    """
-    import trimesh  # as in inspect
-
-    try:
-        mesh = trimesh.load_mesh(io.BytesIO(data), file_type=format, process=False)
-    except Exception as error:  # trimesh raises whatever its parsers meet
-        raise UnreadableSolid(f"The bytes are no readable {format} file ({error}); export the part again.") from error
-    if mesh.units not in (None, "mm", "millimeter", "millimeters"):
-        mesh.convert_units("millimeters")
-    return mesh
+def lines(part: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What a user reads of the part."""
+    low, high = part["bounding_box"]
+    box = " x ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    lines = [
+        ("volume", f"{part['volume']:.1f} mm^3"),
+        ("watertight", "yes" if part["watertight"] else "no"),
+        ("bounding box", f"{box} mm"),
+    ]
+    if part["islands"]:
+        volumes = [island["volume"] for island in part["islands"]]
+        lines.append(("loose bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
+    return lines

@@ -11,12 +11,17 @@ from pydantic import Field
 from actuator.arrays import Floats, Ints
 from actuator.failure import EmptySolid
 from actuator.geometry.zero_set import check_field, reflected, solid_boundary
+from stages.datasets import TRIANGLE, Dataset, GridPaths, Packed, design
 from stages.events import Message, Observer, silent
+from stages.refine import needs
 from stages.settings import Section
+from stages.task import Task
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
     from actuator.geometry.hausdorff import Distance
+
+__all__ = ["VERSION", "Result", "Settings", "needs", "pack", "run", "start"]
 
 VERSION = 2
 
@@ -79,3 +84,23 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
     distance = distance_to_zero_set(domain, tets, chi, settings.threshold)
     observer(Message(f"{distance.maximum:.2g} mm off the field's zero set at most, {distance.rms:.2g} mm rms"))
     return Result(whole.vertices, whole.triangles, len(part.triangles), on_plane, distance)
+
+
+def start(task: Task) -> Result:
+    """Extract the solid from the refined design of a case."""
+    return run(*design(task.upstream), task.case.mirror, task.observer)
+
+
+def pack(result: Result) -> Packed:
+    """The closed surface of the whole solid."""
+    triangles = result.triangles.astype(np.int64).ravel()
+    datasets = {
+        "surface/points": Dataset(result.vertices, "mm", "vertices of the solid's surface"),
+        "surface/connectivity": Dataset(triangles, "1", "vertices of the triangles, 3 each, outward normals"),
+    }
+    summary = {
+        "triangles": len(result.triangles),
+        "hausdorff_mm": result.distance.maximum,
+        "rms_distance_mm": result.distance.rms,
+    }
+    return Packed(summary, datasets, GridPaths("/surface/points", "/surface/connectivity", TRIANGLE, {}))

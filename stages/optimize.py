@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from actuator.solver_name import SolverName
+from stages.design import Result, lines, pack
+from stages.domains import DomainSettings
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
+from stages.task import Compute, Need, Task
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
     from actuator.optimiser.loop import Outcome, Progress, Record
     from actuator.solve.reduced import Evaluation, ReducedObjective
+
+__all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
 VERSION = 12
 
@@ -51,44 +54,6 @@ class Settings(ProblemSettings):
     """Settings of the optimisation: the problem and the optimiser."""
 
     optimizer: OptimizerSettings = OptimizerSettings()
-
-
-@dataclass(frozen=True)
-class Compute:
-    """What may change the time but not the result; kept out of the content key."""
-
-    threads: int = 2
-    linear_solver: SolverName = "auto"
-
-
-@dataclass(frozen=True)
-class Result:
-    """An optimised design and its pressurised state.
-
-    Attributes:
-        domain: the meshed design domain.
-        chi: design field χ at the vertices, (n_vertices,), dimensionless.
-        displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
-        pressure: p at the vertices, (n_vertices,), N/mm².
-        arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
-        history: one record per accepted design, the first being the initial design; column name -> (n_records,).
-        summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds``
-            and more.
-        checkpoint: what :func:`run` needs to continue from here, in the units of the computation.
-        converged: whether the stationarity measure was reached.
-        reason: one sentence saying why the optimisation ended.
-    """
-
-    domain: Domain
-    chi: Floats
-    displacement: Floats
-    pressure: Floats
-    arm: Floats
-    history: dict[str, Floats]
-    summary: dict[str, Any]
-    checkpoint: dict[str, Floats]
-    converged: bool
-    reason: str
 
 
 def run(
@@ -254,3 +219,21 @@ def _result(
         converged=outcome.converged,
         reason=outcome.reason,
     )
+
+
+def coarser(domain: DomainSettings) -> str:
+    """What to change for a mesh of fewer cells."""
+    *most, last = (f"domain.{key}" for key in domain.counts)
+    return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
+
+
+def needs(case: Any) -> Need:
+    """Least memory for a case."""
+    cells = case.domain.cells
+    return Need(cells, least_memory(cells), coarser(case.domain))
+
+
+def start(task: Task) -> Result:
+    """Optimise a case."""
+    resume = None if task.resume is None else dict(task.resume)
+    return run(task.case.optimize, compute=task.compute, observer=task.observer, resume=resume)

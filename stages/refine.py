@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
 from actuator.arrays import Floats
 from actuator.geometry.zero_set import check_field
+from stages.datasets import HEXAHEDRON, Dataset, GridPaths, Packed, corners, design, of_domain
 from stages.events import Message, Observer, silent
 from stages.settings import Section
+from stages.task import Need, Task
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
@@ -38,9 +40,10 @@ class Result:
     chi: Floats
 
 
-def least_memory(cells: int) -> float:
-    """Memory that the finer mesh of so many cells and its surface need, bytes; measured on 1,080 to 135,000 cells."""
-    return (0.07 + 5.8e-6 * cells) * 2.0**30
+def needs(case: Any) -> Need:
+    """Least memory for the finer mesh and its surface; measured on 1,080 to 135,000 cells."""
+    cells = case.domain.cells * case.refine.factor**3
+    return Need(cells, (0.07 + 5.8e-6 * cells) * 2.0**30, "lower refine.factor")
 
 
 def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
@@ -65,3 +68,25 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
     chi = helmholtz_filter(domain.mesh, chi, settings.filter_radius)
     observer(Message(f"{domain.mesh.nelements} cells, filtered χ from {chi.min():.3g} to {chi.max():.3g}"))
     return Result(domain, chi)
+
+
+def start(task: Task) -> Result:
+    """Refine the optimised design of a case."""
+    return run(*design(task.upstream), task.case.refine, task.observer)
+
+
+def pack(result: Result) -> Packed:
+    """The finer mesh and the filtered design."""
+    from scipy.special import expit  # slow to load: only where there is a design to store
+
+    domain = result.domain
+    datasets = {
+        "vertices/points": Dataset(domain.points, "mm", "vertices of the finer mesh"),
+        "vertices/connectivity": corners(domain),
+        "vertices/chi": Dataset(result.chi, "1", "filtered design field at the vertices"),
+        "vertices/density": Dataset(expit(result.chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
+        **of_domain(domain),
+    }
+    fields = {name: f"/vertices/{name}" for name in ("chi", "density")}
+    grid = GridPaths("/vertices/points", "/vertices/connectivity", HEXAHEDRON, fields)
+    return Packed({"cells": domain.mesh.nelements}, datasets, grid)

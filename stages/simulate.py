@@ -17,12 +17,15 @@ from pydantic import BeforeValidator, Field, PositiveFloat
 
 from actuator.arrays import Floats
 from actuator.failure import InvalidSettings
-from stages import refine
+from stages import optimize, refine
+from stages.curves import Result, lines, pack, shortfall
+from stages.datasets import Source, design
 from stages.events import LoadStep, Message, Observer, silent
-from stages.optimize import Compute
 from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
 from stages.similarity import similar
+from stages.task import Compute, Need, Task
+from stages.words import FieldName
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
@@ -30,11 +33,10 @@ if TYPE_CHECKING:
     from actuator.solve.path import Control, Point
     from actuator.solve.pressurisation import Pressurisation
 
-__all__ = ["COLUMNS", "Design", "Result", "Settings", "run"]
+__all__ = ["COLUMNS", "Design", "Result", "Settings", "lines", "needs", "pack", "run", "shortfall", "start"]
 
 VERSION = 2
 
-FieldName = Literal["density", "thresholded"]
 MeshName = Literal["optimised", "refined"]
 
 #: The pressure the design was optimised for, as a load factor.
@@ -83,21 +85,6 @@ class Design:
     displacement: Floats
     pressure: Floats
     arm: Floats
-
-
-@dataclass(frozen=True)
-class Result:
-    """Curves of all fields.
-
-    Attributes:
-        responses: by field, as far as they came.
-        summary: ``fields`` with one entry per field, ``between_fields``, ``pressure_in`` and ``finished``.
-        finished: false if the user interrupted.
-    """
-
-    responses: dict[str, Response]
-    summary: dict[str, Any]
-    finished: bool
 
 
 def run(
@@ -278,3 +265,30 @@ def _difference(
 
 def _relative(difference: float, whole: float) -> float:
     return abs(float(difference)) / abs(float(whole)) if whole else math.inf
+
+
+def needs(case: Any) -> Need:
+    """Least memory for the largest mesh on which a field is followed."""
+    cells, remedy = case.domain.cells, optimize.coarser(case.domain)
+    if case.simulate.mesh == "refined" and "thresholded" in case.simulate.fields:
+        cells, remedy = cells * case.refine.factor**3, "set simulate.mesh to optimised"
+    return Need(cells, optimize.least_memory(cells), remedy)
+
+
+def start(task: Task) -> Result:
+    """Simulate the optimised design of a case."""
+    case = task.case
+    return run(
+        optimised(task.upstream),
+        case.optimize,
+        case.simulate,
+        refinement=case.refine,
+        threshold=case.mirror.threshold,
+        compute=task.compute,
+        observer=task.observer,
+    )
+
+
+def optimised(source: Source) -> Design:
+    """What the simulation starts from and compares with, from the artifact of the optimisation."""
+    return Design(*design(source), *source.read("nodes/displacement", "vertices/pressure", "arm"))

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, shown
 
 #: Many times the longest shipped case; the worst text of this length takes a second or two to refuse.
 MOST_BYTES = 64 * 1024
@@ -145,13 +145,6 @@ class _Reader:
 def dotted(path: Path) -> str:
     """A path as it is written in messages, such as ``domain.radius``."""
     return ".".join(shown(part) for part in path)
-
-
-def shown(value: Any, most: int = 60) -> str:
-    """Text of a file, fit for a message: on one line, no control characters, not too long."""
-    text = str(value)
-    text = text if text.isprintable() else ascii(text)[1:-1]
-    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def _scalar(event: yaml.ScalarEvent) -> Any:

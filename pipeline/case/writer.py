@@ -9,7 +9,8 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from pipeline.case.model import Case, case_schema, find_case, mistakes, number_text, parse_case, read_case
+from pipeline.case.messages import number_text
+from pipeline.case.model import Case, case_schema, find_case, mistakes, parse_case, read_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import atomic
 
@@ -29,7 +30,7 @@ def case_text(case: Case, head: str, schema: str | None = None) -> str:
     """
     modeline = [f"# yaml-language-server: $schema={schema}"] if schema else []
     lines = [*modeline, f"# {head}", UNITS, ""]
-    for name, field in Case.model_fields.items():
+    for name, field in type(case).model_fields.items():
         value = getattr(case, name)
         if isinstance(value, BaseModel):
             lines += ["", *_section(name, value)]

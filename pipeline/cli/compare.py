@@ -2,49 +2,25 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from pipeline.cli.options import FigureFormat, Output, Source
+from stages.chain import SCALE, youngs
+from stages.words import FieldName, Sensor, Zero
 
-class Field(StrEnum):
-    """Designs that are simulated."""
-
-    DENSITY = "density"
-    THRESHOLDED = "thresholded"
-
-
-class Zero(StrEnum):
-    """Where the zero of the signals is taken from."""
-
-    REST = "rest"
-    FIRST = "first"
-    NONE = "none"
-
-
-class Sensor(StrEnum):
-    """What the displacement's signal does as the pressure rises."""
-
-    AUTO = "auto"
-    RISES = "rises"
-    FALLS = "falls"
-
-
-class Drawing(StrEnum):
-    """Formats of the figure."""
-
-    PNG = "png"
-    SVG = "svg"
+#: As the rig's sheet has it.
+YOUNGS = youngs()
 
 
 def compare(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).")],
+    case: Source,
     measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="Recorded test (.csv).")],
-    scale: Annotated[float | None, typer.Option("--scale", help="Size of the part over size of the domain.")] = None,
-    youngs: Annotated[float | None, typer.Option("--youngs", help="Young's modulus of the print, N/mm².")] = None,
-    field: Annotated[Field | None, typer.Option("--field", help="Simulated design. Default: density.")] = None,
+    scale: Annotated[float | None, typer.Option(SCALE.flag, help=SCALE.help)] = None,
+    modulus: Annotated[float | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
+    field: Annotated[FieldName | None, typer.Option("--field", help="Simulated design. Default: density.")] = None,
     target: Annotated[
         float | None, typer.Option("--target", help="Pressure to compare at, kPa. Default: p_in of the part.")
     ] = None,
@@ -73,13 +49,8 @@ def compare(
     smoothing: Annotated[
         float | None, typer.Option("--smoothing", help="Half window of the curves over full scale. Default: 0.02.")
     ] = None,
-    format: Annotated[Drawing, typer.Option("--format", help="Of the figure.")] = Drawing.PNG,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="Folder of the results. Default: outputs/ if there is one, else here; beside an .h5."
-        ),
-    ] = None,
+    format: Annotated[FigureFormat, typer.Option("--format", help="Of the figure.")] = "png",
+    output: Output = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Compare a recorded test of a printed part with its prediction."""
@@ -89,7 +60,7 @@ def compare(
     from pipeline.measured.measurement import Sensors, read_measurement
     from pipeline.runs import perform as commands
 
-    job = commands.open_job(case, output, scale=scale, youngs=youngs)
+    job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus})
     columns = {
         Quantity.PRESSURE: pressure_column,
         Quantity.DISPLACEMENT: displacement_column,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand
@@ -30,12 +29,8 @@ def _known(law: str) -> str:
     return law
 
 
-class StressUnit(StrEnum):
-    """Units of stress."""
-
-    MPA = "MPa"
-    KPA = "kPa"
-    PA = "Pa"
+#: Units of stress.
+StressUnit = Literal["MPa", "kPa", "Pa"]
 
 
 def fit(
@@ -57,5 +52,5 @@ def fit(
     from pipeline.measured.fitting import fit_file
 
     options = {"law": law, "terms": terms, "strain_limit": strain_limit}
-    report = fit_file(data, options, unit.value if unit else None, plot=plot)
+    report = fit_file(data, options, unit, plot=plot)
     typer.echo(report.as_json() if as_json else report.as_text())

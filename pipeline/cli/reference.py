@@ -106,9 +106,9 @@ def _cell(text: str) -> str:
 
 def main(path: Path) -> None:
     """Write the reference of the program."""
-    from pipeline.cli.app import app
+    from pipeline.cli.app import program
 
-    text = reference(app, "poro")
+    text = reference(program(), "poro")
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""Reading a solid from an STL or 3MF file of any origin."""
+"""Reading a solid from a file of any origin."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from actuator.failure import UnreadableSolid
 from pipeline.exit_codes import ExitCode, Fault
-from stages import export
-
-FORMATS: dict[str, export.Format] = {".stl": "stl", ".3mf": "3mf"}
+from stages.formats import FORMATS, by_ending, decode
 
 
 @dataclass(frozen=True)
@@ -40,16 +38,16 @@ def read_solid(part: Path) -> SolidFile:
     Raises:
         Fault: if the ending is unknown (USAGE), or the file is missing or unreadable (ARTIFACT).
     """
-    format = FORMATS.get(part.suffix.lower())
+    format = by_ending(part.suffix)
     if format is None:
-        endings = " or ".join(FORMATS)
+        endings = " or ".join(each.ending for each in FORMATS.values())
         raise Fault(ExitCode.USAGE, f"{part}: the ending must be {endings}; give a solid in one of these formats.")
     try:
         data = part.read_bytes()
     except OSError as error:
         raise Fault(ExitCode.ARTIFACT, f"{part}: cannot be read ({error.strerror}); give another file.") from None
     try:
-        mesh = export.decode(data, format)
+        mesh = decode(data, format)
     except UnreadableSolid as failure:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
     if not len(mesh.faces):

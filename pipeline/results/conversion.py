@@ -11,12 +11,13 @@ from typing import Any
 import meshio
 
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.store import artifact, vtkhdf
+from pipeline.store import artifact
+from stages.datasets import HEXAHEDRON, QUADRATIC_HEXAHEDRON, TRIANGLE
 
 _CELLS = {
-    vtkhdf.TRIANGLE: "triangle",
-    vtkhdf.HEXAHEDRON: "hexahedron",
-    vtkhdf.QUADRATIC_HEXAHEDRON: "hexahedron20",
+    TRIANGLE: "triangle",
+    HEXAHEDRON: "hexahedron",
+    QUADRATIC_HEXAHEDRON: "hexahedron20",
 }
 
 

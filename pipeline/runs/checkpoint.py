@@ -8,13 +8,15 @@ from typing import Any
 
 import stages.optimize
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.runs.job import Job
+from pipeline.runs.keys import path_key, plain
 from pipeline.store import artifact, contents
-from pipeline.store.artifact import Dataset, Header
-from pipeline.store.job import Job
-from pipeline.store.keys import checkpoint_key, plain
+from pipeline.store.artifact import Header
+from stages.datasets import Dataset
 from stages.events import DesignUpdate, Event
 
-STAGE = "checkpoint"
+#: What the headers of checkpoints have in place of a stage, and the stage that they continue.
+STAGE, OPTIMIZE = "checkpoint", "optimize"
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def path_header(job: Job, stage: str) -> Header:
     return Header(
         stage=stage,
         stage_version=stages.optimize.VERSION,
-        content_key=checkpoint_key(resolved, stages.optimize.VERSION),
+        content_key=path_key(resolved, OPTIMIZE, stages.optimize.VERSION),
         identity="",
         upstream_keys=(),
         upstream_identity="",
@@ -83,7 +85,7 @@ def find(job: Job, *, finished: bool) -> Checkpoint | None:
             file that may hold one cannot be used, which any run would replace (ARTIFACT).
     """
     found: list[Checkpoint] = []
-    places = [(job.files.checkpoint, STAGE)] + [(job.artifact("optimize"), "optimize")] * finished
+    places = [(job.files.checkpoint, STAGE)] + [(job.artifact(OPTIMIZE), OPTIMIZE)] * finished
     for path, stage in places:
         try:
             checkpoint = _read(job, path, stage)
@@ -105,7 +107,7 @@ def remove_reached(job: Job) -> None:
         left = _read(job, job.files.checkpoint, STAGE)
     except Fault:  # for the user to look at, not to lose
         return
-    reached = _read(job, job.artifact("optimize"), "optimize") if left else None
+    reached = _read(job, job.artifact(OPTIMIZE), OPTIMIZE) if left else None
     if left and reached and left.updates <= reached.updates:
         job.files.checkpoint.unlink(missing_ok=True)
 
@@ -124,8 +126,8 @@ def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
     if not path.exists():
         return None
     header = artifact.read_header(path)
-    key = checkpoint_key(plain(job.case), stages.optimize.VERSION)
-    if checkpoint_key(header.case_resolved, header.stage_version) != key:
+    key = path_key(plain(job.case), OPTIMIZE, stages.optimize.VERSION)
+    if path_key(header.case_resolved, OPTIMIZE, header.stage_version) != key:
         return None
     updates = int(artifact.read(path, stage, "progress/updates")[0])
     state = artifact.read_group(path, stage, "checkpoint")

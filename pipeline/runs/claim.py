@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import atomic
-from pipeline.store.job import Files
+from pipeline.store.files import Files
 
 
 @contextmanager

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Iterable
 
-import stages.optimize
-import stages.refine
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.store.job import Job
+from pipeline.runs.job import Job
+from stages.chain import STAGES
 
 
-def refuse_too_large(job: Job, running: Collection[str]) -> None:
+def refuse_too_large(job: Job, running: Iterable[str]) -> None:
     """Do nothing if the machine has the memory that the stages about to run need at least.
 
     Args:
@@ -22,26 +21,14 @@ def refuse_too_large(job: Job, running: Collection[str]) -> None:
     """
     import psutil  # only where something runs
 
-    case = job.case
-    cells = case.domain.cells
-    finer = cells * case.refine.factor**3
-    *most, last = (f"domain.{key}" for key in case.domain.counts)
-    coarser = f"lower {' or '.join([', '.join(most), last] if most else [last])}"
-    needs = {
-        "optimize": (cells, stages.optimize.least_memory(cells), coarser),
-        "refine": (finer, stages.refine.least_memory(finer), "lower refine.factor"),
-        "mirror": (finer, stages.refine.least_memory(finer), "lower refine.factor"),
-        "simulate": (cells, stages.optimize.least_memory(cells), coarser),
-    }
-    if case.simulate.mesh == "refined" and "thresholded" in case.simulate.fields:
-        needs["simulate"] = (finer, stages.optimize.least_memory(finer), "set simulate.mesh to optimised")
     there = psutil.virtual_memory().total
-    for stage, (count, needed, remedy) in needs.items():
-        if stage in running and needed > there:
+    for stage in running:
+        need = STAGES[stage].needs(job.case)
+        if need and need.memory > there:
             raise Fault(
                 ExitCode.USAGE,
-                f"{job.argument}: '{stage}' on {count:,} cells needs at least {_size(needed)} of memory and this "
-                f"machine has {_size(there)}; {remedy}.",
+                f"{job.argument}: '{stage}' on {need.cells:,} cells needs at least {_size(need.memory)} of memory and "
+                f"this machine has {_size(there)}; {need.remedy}.",
             )
 
 

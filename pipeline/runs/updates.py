@@ -11,28 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-import stages.optimize
 from pipeline.exit_codes import Fault
-from pipeline.runs.checkpoint import Checkpoint, path_header
+from pipeline.runs.checkpoint import OPTIMIZE, Checkpoint, path_header
+from pipeline.runs.job import Job
+from pipeline.runs.keys import path_key
 from pipeline.store import artifact
-from pipeline.store.artifact import Dataset, Header
-from pipeline.store.job import Job
-from pipeline.store.keys import checkpoint_key
+from pipeline.store.artifact import Header
+from stages.datasets import Dataset
+from stages.design import FIELDS, Kept, Result
 from stages.events import DesignUpdate, Event
 
 STAGE = "update"
-#: Fields by name: unit and meaning.
-FIELDS = {
-    "chi": ("1", "design field chi at the vertices"),
-    "pressure": ("N/mm^2", "pressure p at the vertices"),
-    "displacement": ("mm", "displacement u at the vertices"),
-}
-
-Floats = NDArray[np.float32]
-#: Number of the design update -> field -> values at the vertices.
-Kept = dict[int, dict[str, Floats]]
 
 
 @dataclass(frozen=True)
@@ -74,7 +64,7 @@ class UpdateKeeper:
 
     def __init__(self, job: Job, start: Checkpoint | None) -> None:
         self.every = job.case.optimizer.keep_updates
-        self.finished = job.artifact("optimize")
+        self.finished = job.artifact(OPTIMIZE)
         self.place = Place(job.files.updates, path_header(job, STAGE))
         self.reached = start.updates if start else -1
         self._clean = False
@@ -106,7 +96,7 @@ class UpdateKeeper:
                 path.unlink()
         self._clean = True
 
-    def collect(self, result: stages.optimize.Result) -> Kept:
+    def collect(self, result: Result) -> Kept:
         """The fields of all updates kept so far and of the last one, by number; none where none are to be kept.
 
         Args:
@@ -130,10 +120,10 @@ class UpdateKeeper:
         """What the finished run holds that this one continues."""
         try:
             header = artifact.read_header(self.finished)
-            if checkpoint_key(header.case_resolved, header.stage_version) != self.place.header.content_key:
+            if path_key(header.case_resolved, OPTIMIZE, header.stage_version) != self.place.header.content_key:
                 return {}
             return {number: fields for number, fields in read(self.finished).items() if number <= self.reached}
-        except Fault:  # missing or of an older layout
+        except Fault:  # missing or unreadable
             return {}
 
 
@@ -143,14 +133,14 @@ def clear(job: Job) -> None:
 
 
 def read(path: Path) -> Kept:
-    """The fields of the design updates that an artifact of ``optimize`` keeps; none in those of older versions.
+    """The fields of the design updates that an artifact of ``optimize`` keeps; none if it keeps none.
 
     Raises:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
-    if not artifact.holds(path, "optimize", "updates/number"):
+    if not artifact.holds(path, OPTIMIZE, "updates/number"):
         return {}
-    numbers, *flat = artifact.read(path, "optimize", "updates/number", *(f"updates/{name}" for name in FIELDS))
+    numbers, *flat = artifact.read(path, OPTIMIZE, "updates/number", *(f"updates/{name}" for name in FIELDS))
     fields = [values.reshape(len(numbers), -1, *values.shape[1:]) for values in flat]
     return {
         int(number): {name: values[i] for name, values in zip(FIELDS, fields, strict=True)}

@@ -10,7 +10,7 @@ import json
 import subprocess
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -18,11 +18,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import seal, vtkhdf
 from pipeline.store.atomic import replacing_hdf5
+from stages.datasets import Dataset, GridPaths
 
 if TYPE_CHECKING:  # slow to load: only the functions that open a file import it
     import h5py
@@ -35,6 +36,9 @@ UNFINISHED = "unfinished"
 #: Most bytes of one dataset; the largest mesh that was ever computed needs a hundredth of it.
 MOST_BYTES = 8 * 2**30
 
+#: Attributes of a header that are stored as JSON.
+_AS_JSON = ("upstream_keys", "replaced")
+
 
 @dataclass(frozen=True)
 class Header:
@@ -42,13 +46,14 @@ class Header:
 
     Attributes:
         stage, stage_version: who made it.
-        content_key: hash of everything the result depends on (:mod:`pipeline.store.keys`).
+        content_key: hash of everything the result depends on (:mod:`pipeline.runs.keys`).
         identity: differs between any two runs; artifacts made from this one name it.
         upstream_keys: content keys of the artifacts it was made from.
         upstream_identity: identity of the artifact it was made from, or empty.
         program_version, git_revision, date: of the program, its checkout (or empty), and in ISO 8601, UTC.
         case_text: the case file as the user wrote it.
-        case_resolved: the same with every default (stored as JSON).
+        case_resolved: the same with every default, and with what the command line said instead (stored as JSON).
+        replaced: what the case itself says of the keys ``section.key`` that the command line changed (stored as JSON).
     """
 
     stage: str
@@ -59,21 +64,13 @@ class Header:
     upstream_identity: str
     case_text: str
     case_resolved: dict[str, Any]
+    replaced: dict[str, Any] = field(default_factory=dict)
     program_version: str = ""
     git_revision: str = ""
     date: str = ""
 
 
-@dataclass(frozen=True)
-class Dataset:
-    """An array with its unit and meaning."""
-
-    values: ArrayLike
-    units: str
-    description: str
-
-
-def write(path: Path, header: Header, datasets: Mapping[str, Dataset], grid: vtkhdf.GridPaths | None = None) -> None:
+def write(path: Path, header: Header, datasets: Mapping[str, Dataset], grid: GridPaths | None = None) -> None:
     """Write an artifact, replacing an older one only when the new one is whole.
 
     Args:
@@ -98,7 +95,8 @@ def write(path: Path, header: Header, datasets: Mapping[str, Dataset], grid: vtk
             json.dumps(attributes.pop("case_resolved"), indent=2), "", "case with every default, JSON"
         ),
     }
-    attributes["upstream_keys"] = json.dumps(attributes["upstream_keys"])
+    for name in _AS_JSON:
+        attributes[name] = json.dumps(attributes[name])
     with replacing_hdf5(path, seal.block) as file:
         for name, value in attributes.items():
             file.attrs[name] = value
@@ -133,7 +131,8 @@ def read_header(path: Path) -> Header:
     with _opened(path) as file:
         values = {name: file.attrs[name] for name in Header.__dataclass_fields__ if name in file.attrs}
         values["stage_version"] = int(values["stage_version"])
-        values["upstream_keys"] = tuple(json.loads(values["upstream_keys"]))
+        values |= {name: json.loads(values[name]) for name in _AS_JSON if name in values}
+        values["upstream_keys"] = tuple(values["upstream_keys"])
         values["case_text"] = _value(file["case_text"])
         values["case_resolved"] = json.loads(file["case_resolved"][()])
         return Header(**values)

@@ -15,8 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from pipeline.case.text import shown
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, shown
 
 #: More would take more than a few hundred MB; at the paper's 500 rows a second this is most of a day.
 MOST_ROWS = 20_000_000

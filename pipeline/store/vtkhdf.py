@@ -7,8 +7,7 @@ https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,22 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.store.atomic import replacing_hdf5
+from stages.datasets import CELL_NODES, GridPaths
 
-if TYPE_CHECKING:  # slow to load: h5py is imported where a file is written, scikit-fem where a mesh is
+if TYPE_CHECKING:  # slow to load: imported where a file is written
     import h5py
-
-    from actuator.domains.interface import Domain
 
 #: The grid of a file, and its series: the design updates of an optimisation.
 GROUP, SERIES = "VTKHDF", "updates/VTKHDF"
-
-#: VTK's cell types (vtkCellType.h).
-TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
-CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
-
-# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as those of all domains are: its
-# default reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
-_SWAPPED_FACES = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]
 
 
 @dataclass(frozen=True)
@@ -54,41 +44,6 @@ class Grid:
     def cells(self) -> NDArray[np.int64]:
         """Nodes of every cell, (n_cells, nodes per cell)."""
         return self.connectivity.reshape(-1, CELL_NODES[self.cell_type])
-
-
-@dataclass(frozen=True)
-class GridPaths:
-    """Where the arrays of a :class:`Grid` lie inside an artifact.
-
-    Attributes:
-        times: one for each time step; a field with one value per point and step holds the steps one after the other,
-            a field with one value per point does not change.
-        n_points: how many of the points, the first ones, belong to the grid; all of them if None.
-        series: another grid that sidecars show instead of this one.
-        others: more grids of the same file by name, each with a group and a sidecar of its own.
-    """
-
-    points: str
-    connectivity: str
-    cell_type: int
-    fields: Mapping[str, str]
-    times: tuple[float, ...] = (0.0,)
-    n_points: int | None = None
-    series: GridPaths | None = None
-    others: Mapping[str, GridPaths] = field(default_factory=dict)
-
-
-@cache
-def vtk_order() -> NDArray[np.int64]:
-    """Where VTK's 20 nodes of a hexahedron, the 8 corners first, stand in scikit-fem's order."""
-    from skfem.io.meshio import HEX_MAPPING
-
-    return np.array(HEX_MAPPING[:20], dtype=np.int64)[_SWAPPED_FACES]
-
-
-def on_nodes(domain: Domain, vertex_field: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A field of the vertices on the nodes of the 20-node cells: on an edge, the mean of its ends."""
-    return np.concatenate([vertex_field, vertex_field[domain.mesh.edges].mean(axis=0)])
 
 
 def write(file: h5py.File, grid: GridPaths) -> None:

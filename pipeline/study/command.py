@@ -8,8 +8,8 @@ from pathlib import Path
 from pipeline.case.model import available_cores
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.json_output import result_json
+from pipeline.runs.job import default_folder
 from pipeline.runs.progress import reporting
-from pipeline.store.job import default_folder
 from pipeline.study import table as sweep_table
 from pipeline.study.study import Variant, read_study
 from pipeline.study.sweep import Sweep

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.case import text as case_text
-from pipeline.case.model import Case, mistakes, read_bytes, read_case
+from pipeline.case.model import Case, case_type, mistakes, read_bytes, read_case
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.case.writer import value_text
-from pipeline.exit_codes import ExitCode, Fault
-from pipeline.store.stage_names import STAGES
+from pipeline.exit_codes import ExitCode, Fault, shown
+from stages.chain import GOAL, STAGES
 
 #: Most cases of one study.
 MOST_CASES = 10_000
@@ -97,7 +97,8 @@ class _Checker:
                 close = difflib.get_close_matches(str(key), KEYS, n=1)
                 remedy = f"write '{close[0]}' if that was meant" if close else f"use {', '.join(KEYS)}"
                 self.wrong((key,), f"unknown key; {remedy}")
-        combine, until = self.word(data, "combine", ("grid", "zip")), self.word(data, "until", STAGES[::-1])
+        combine = self.word(data, "combine", ("grid", "zip"))
+        until = self.word(data, "until", (GOAL, *(name for name in STAGES if name != GOAL)))
         base, case = self.base(data)
         values, logarithmic = self.varied(data, case)
         chosen = tuple(self.combinations(values, combine == "grid")) if not self.problems else ()
@@ -114,7 +115,7 @@ class _Checker:
         """A word of the file; the first of the known ones if there is none."""
         found = data.get(key, known[0])
         if found not in known:
-            self.wrong((key,), f"must be {' or '.join(known)}, not '{case_text.shown(found)}'; write one of these")
+            self.wrong((key,), f"must be {' or '.join(known)}, not '{shown(found)}'; write one of these")
             return known[0]
         return str(found)
 
@@ -167,7 +168,7 @@ class _Checker:
             if isinstance(value, list | dict):
                 self.wrong(("vary", key, i), "must be a single value; remove the brackets")
             elif any(value == other and type(value) is type(other) for other in wanted[:i]):
-                self.wrong(("vary", key, i), f"{case_text.shown(value)} is there twice; remove one of them")
+                self.wrong(("vary", key, i), f"{shown(value)} is there twice; remove one of them")
         return wanted
 
     def range(self, key: str, wanted: dict[str, Any]) -> list[Any]:
@@ -225,7 +226,7 @@ class _Checker:
             for _, sentence in mistakes(data)[:1]:
                 self.problems.append((self.document.line(("vary",)), f"vary: {name}: {sentence}"))
             if not self.problems:
-                yield Variant(values, Case.model_validate(data, strict=True))
+                yield Variant(values, case_type().model_validate(data, strict=True))
 
 
 def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:

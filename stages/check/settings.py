@@ -14,11 +14,9 @@ docs/use/printing.md says what was read where.
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import Field
 
-from actuator.geometry.printing.directions import Direction
+from actuator.geometry.printing.directions import Axis, Direction
 from stages.section import Section
 
 
@@ -31,9 +29,7 @@ class Settings(Section):
     on_platform: bool = Field(
         False, description="printed flat on the platform, which closes openings below, not on supports [-]"
     )
-    axis: Literal["x", "y", "z"] = Field(
-        "x", description="axis of the actuator; x is the X1 of this program's parts [-]"
-    )
+    axis: Axis = Field("x", description="axis of the actuator; x is the X1 of this program's parts [-]")
     wall: float = Field(
         0.4, gt=0, description="least wall; generic 0.4 if supported on two sides, Formlabs 0.2 for rigid resins [mm]"
     )

@@ -8,7 +8,6 @@ separated, and each branch becomes a curve over the pressure, so that repetition
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -18,6 +17,7 @@ from actuator.failure import UnusableRecording
 from stages.compare import cycles, deviations
 from stages.compare.deviations import Hysteresis, Linearity, Overall, Stiffness, Target
 from stages.settings import Section
+from stages.words import Sensor, Zero
 
 #: Points of the common pressure grid.
 POINTS = 101
@@ -31,12 +31,8 @@ class Settings(Section):
     target: float | None = Field(
         None, gt=0, description="pressure at which deviations are reported; p_in if not given [kPa]"
     )
-    zero: Literal["rest", "first", "none"] = Field(
-        "rest", description="zero of both signals: median at rest, of the first rows, or as recorded"
-    )
-    sensor: Literal["auto", "rises", "falls"] = Field(
-        "auto", description="what the displacement's signal does as the pressure rises"
-    )
+    zero: Zero = Field("rest", description="zero of both signals: median at rest, of the first rows, or as recorded")
+    sensor: Sensor = Field("auto", description="what the displacement's signal does as the pressure rises")
     smoothing: float = Field(
         0.02, gt=0, le=0.2, description="half width of the regression's window over the largest common pressure [-]"
     )

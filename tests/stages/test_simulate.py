@@ -20,15 +20,16 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 import stages.simulate
 from actuator.failure import InvalidSettings
 from pipeline.exit_codes import ExitCode
-from pipeline.figures.response import pressure_displacement
+from pipeline.figures.response import response
 from pipeline.results.simulation import RigUnits, as_csv, read_simulation
 from pipeline.runs import progress
-from pipeline.runs.execution import _simulated_design
 from pipeline.store import artifact, vtkhdf
+from pipeline.store.contents import Stored
 from stages.domains import HalfCylinderSettings
 from stages.events import Event, LoadStep
 from stages.refine import Settings as Refinement
 from stages.settings import LoadSettings, ProblemSettings
+from stages.simulate import optimised
 
 #: The columns that other commands read.
 CONTRACT = {
@@ -74,14 +75,14 @@ def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
     found = read_simulation(path)
     case = json.loads(artifact.read(path, "simulate", "case_resolved")[0])
     assert found.name == "tiny"
-    assert found.pressure_in == pytest.approx(2e-2 * case["material"]["youngs_modulus"])
+    assert found.summary["pressure_in"] == pytest.approx(2e-2 * case["material"]["youngs_modulus"])
     assert list(found.curves) == ["density", "thresholded"]
     with h5py.File(path) as file:
         for field, curve in found.curves.items():
             assert {name: file[f"curves/{field}/{name}"].attrs["units"] for name in curve} == CONTRACT
     for curve in found.curves.values():
         assert len({len(column) for column in curve.values()}) == 1
-        np.testing.assert_allclose(curve["pressure"], found.pressure_in * curve["load_factor"], rtol=1e-12)
+        np.testing.assert_allclose(curve["pressure"], found.summary["pressure_in"] * curve["load_factor"], rtol=1e-12)
         up = curve["loading"] == 1.0
         assert (curve["load_factor"][0], curve["load_factor"][up][-1], curve["load_factor"][-1]) == (0.0, 1.2, 0.0)
         assert (np.diff(curve["load_factor"][up]) > 0.0).all()
@@ -161,19 +162,19 @@ def test_rig_units_in_table_and_figure(simulated: Path, poro: Poro) -> None:
     assert float(row["rig_T3 [mm]"]) == pytest.approx(1.5 * float(row["T3 [mm]"]), rel=1e-8)
     found = read_simulation(simulated / "tiny.simulation.h5")
     rig = RigUnits(ProblemSettings(), 1.5, 1.0)
-    axes = pressure_displacement(found, rig).axes[0]
+    axes = response(found, rig).axes[0]
     pressures = np.concatenate([line.get_ydata() for line in axes.lines])
     assert pressures.max() == pytest.approx(1.2 * 20.0)
     assert "kPa" in axes.get_ylabel()
-    assert "N/mm²" in pressure_displacement(found).axes[0].get_ylabel()
+    assert "N/mm²" in response(found).axes[0].get_ylabel()
     assert as_csv(found).splitlines()[0].count("rig") == 0
 
 
 def test_limit_points_are_marked_and_said(simulated: Path) -> None:
     found = read_simulation(simulated / "tiny.simulation.h5")
-    before = len(pressure_displacement(found).axes[0].lines)
+    before = len(response(found).axes[0].lines)
     found.summary["fields"]["density"]["limit_points"] = [{"load_factor": 0.5, "loading": True}]
-    assert len(pressure_displacement(found).axes[0].lines) == before + 1
+    assert len(response(found).axes[0].lines) == before + 1
 
 
 def test_interrupted_curves_are_kept_and_computed_again(
@@ -213,7 +214,7 @@ def test_a_path_that_is_lost_is_stored_and_said(folder: Path, poro: Poro) -> Non
 
 
 def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     calm = ProblemSettings(load=LoadSettings(pressure_ratio=0.0))
     with pytest.raises(InvalidSettings, match=r"set load\.pressure_ratio above zero"):
         stages.simulate.run(design, calm, stages.simulate.Settings())
@@ -231,7 +232,7 @@ def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypat
 
 
 def test_the_thresholded_field_keeps_the_surface_and_steepens_it(folder: Path) -> None:
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     settings = stages.simulate.Settings(sharpness=5.0)
     domain, chi = stages.simulate.thresholded(design, Refinement(filter_radius=0.0), 0.2, settings)
     assert domain == design.domain
@@ -251,7 +252,7 @@ def test_vertices_of_a_mesh_are_vertices_of_the_finer_one() -> None:
 @pytest.mark.slow
 def test_up_and_down_take_the_same_branch_of_a_thresholded_field(folder: Path) -> None:
     """Sharpened, the leaky tiny design has several branches near 0.7: one step from 0.5 lands on another one."""
-    design = _simulated_design(folder / "tiny.h5")
+    design = optimised(Stored(folder / "tiny.h5", "optimize"))
     settings = stages.simulate.Settings(max_load=0.7, sharpness=2.0, fields=("thresholded",))
     found = stages.simulate.run(design, ProblemSettings(domain=_tiny()), settings)
     summary = found.summary["fields"]["thresholded"]

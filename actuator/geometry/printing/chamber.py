@@ -12,7 +12,6 @@ the outside.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from manifold3d import Manifold, OpType
@@ -21,12 +20,11 @@ from scipy import ndimage
 from actuator.arrays import Floats
 from actuator.geometry.bodies import Shell, shells
 from actuator.geometry.islands import winding_number
+from actuator.geometry.printing.directions import Axis
 from actuator.geometry.printing.drains import Necks
 from actuator.geometry.printing.voxels import Voxels
 from actuator.geometry.solid import manifold_of, surface_of
 from actuator.geometry.zero_set import Surface
-
-Axis = Literal["x", "y", "z"]
 
 #: Where on the axis a chamber is looked for, as fractions of the length.
 MIDDLE = (0.35, 0.45, 0.5, 0.55, 0.65)

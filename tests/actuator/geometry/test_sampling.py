@@ -7,7 +7,7 @@ import pytest
 
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.geometry.sampling import MIRROR, sampled
-from pipeline.store.vtkhdf import vtk_order
+from stages.datasets import vtk_order
 
 
 def test_linear_fields_on_both_sides_and_beyond_the_facets() -> None:

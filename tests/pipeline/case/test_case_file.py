@@ -11,7 +11,7 @@ from command_line import Poro
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.case.model import Case, find_case, parse_case, read_case
+from pipeline.case.model import case_type, find_case, parse_case, read_case
 from pipeline.case.text import parse
 from pipeline.exit_codes import ExitCode, Fault
 
@@ -123,7 +123,7 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
 
 def test_left_out_keys_take_the_values_of_the_paper() -> None:
     case14, _ = read_case(find_case(Path("case14.yaml")))
-    defaults = Case(name="case14")
+    defaults = case_type()(name="case14")
     assert defaults.model_copy(update={"export": case14.export}) == case14
 
 

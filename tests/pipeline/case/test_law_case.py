@@ -16,7 +16,8 @@ from actuator.material.laws.yeoh import Yeoh
 from actuator.parameters import Law
 from pipeline.case.model import Case, parse_case
 from pipeline.exit_codes import ExitCode
-from pipeline.store import artifact, keys
+from pipeline.runs import keys
+from pipeline.store import artifact
 
 OGDEN = "material:\n  law: {name: ogden, mu: [0.7, 0.3], alpha: [1.3, 4.0]}\n"
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.app import app
+from pipeline.cli.app import program
 from pipeline.cli.reference import RENEWAL, main, reference
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "commands.md"
@@ -16,12 +16,12 @@ PAGE = Path(__file__).parents[3] / "docs" / "reference" / "commands.md"
 
 def test_committed_page_is_what_the_program_says() -> None:
     committed = PAGE.read_text(encoding="utf-8")
-    assert committed == reference(app, "poro"), f"docs/reference/commands.md is out of date; renew it: {RENEWAL}"
+    assert committed == reference(program(), "poro"), f"docs/reference/commands.md is out of date; renew it: {RENEWAL}"
 
 
 def test_page_has_every_command() -> None:
-    text = reference(app, "poro")
-    for command in app.registered_commands:
+    text = reference(program(), "poro")
+    for command in program().registered_commands:
         assert command.callback is not None
         name = command.name or command.callback.__name__.replace("_", "-")
         assert f"\n## poro {name}\n" in text
@@ -56,4 +56,4 @@ def test_new_commands_and_groups_are_taken_up(tmp_path: Path) -> None:
 
 def test_the_module_writes_the_page(tmp_path: Path) -> None:
     main(tmp_path / "page.md")
-    assert (tmp_path / "page.md").read_text(encoding="utf-8") == reference(app, "poro")
+    assert (tmp_path / "page.md").read_text(encoding="utf-8") == reference(program(), "poro")

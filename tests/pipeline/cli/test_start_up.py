@@ -19,11 +19,25 @@ FILES = {"h5py", "meshio"}
 HEAVY = NUMERICS | PICTURES | FILES
 
 
+#: What of the stages and the science the table of stages is made of.
+TABLE = {"actuator", "actuator.failure", "actuator.registry", "stages", "stages.chain", "stages.formats"}
+#: Words that options take.
+WORDS = {
+    "stages.words",
+    *(f"actuator.{name}" for name in ("geometry", "geometry.printing", "geometry.printing.directions")),
+}
+
+
 def packages_of(folder: Path, *arguments: str) -> set[str]:
-    """Packages that a command line imports, in a process of its own, with ``folder`` as the working folder."""
+    """Packages that a command line imports; see :func:`modules_of`."""
+    return {module.partition(".")[0] for module in modules_of(folder, *arguments)}
+
+
+def modules_of(folder: Path, *arguments: str) -> set[str]:
+    """Modules that a command line imports, in a process of its own, with ``folder`` as the working folder."""
     path = os.pathsep.join(entry for entry in sys.path if entry)
     ended = subprocess.run(
-        [sys.executable, "-X", "importtime", "-m", "pipeline.cli", *arguments],
+        [sys.executable, "-X", "importtime", "-m", "poro", *arguments],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,
@@ -32,15 +46,16 @@ def packages_of(folder: Path, *arguments: str) -> set[str]:
     )
     assert ended.returncode == 0, ended.stderr[-2000:]
     assert ended.stdout
-    modules = [line.rpartition("|")[2].strip() for line in ended.stderr.splitlines() if line.startswith("import time:")]
-    return {module.partition(".")[0] for module in modules}
+    return {line.rpartition("|")[2].strip() for line in ended.stderr.splitlines() if line.startswith("import time:")}
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
 def test_help_loads_neither_settings_nor_numerics(arguments: list[str], tmp_path: Path) -> None:
-    found = packages_of(tmp_path, *arguments)
-    assert "typer" in found
-    assert not found & (HEAVY | {"numpy", "yaml", "actuator", "stages"})
+    modules = modules_of(tmp_path, *arguments)
+    packages = {module.partition(".")[0] for module in modules}
+    assert "typer" in packages
+    assert not packages & (HEAVY | {"numpy", "yaml"})
+    assert {module for module in modules if module.startswith(("actuator", "stages"))} == TABLE | WORDS
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from command_line import POSIX_SIGNALS, PROGRAM, Poro, edited, environment
 
 from pipeline.exit_codes import ExitCode
 from pipeline.runs.claim import claimed
-from pipeline.store.job import Files
+from pipeline.store.files import Files
 
 FILES = ("tiny.h5", "tiny.refined.h5", "tiny.solid.h5", "tiny.stl", "tiny.stl.h5")
 
@@ -23,8 +23,8 @@ FILES = ("tiny.h5", "tiny.refined.h5", "tiny.solid.h5", "tiny.stl", "tiny.stl.h5
 HOLDER = """
 import time
 from pathlib import Path
-from pipeline.claim import claimed
-from pipeline.job import Files
+from pipeline.runs.claim import claimed
+from pipeline.store.files import Files
 with claimed(Files(Path(), "tiny", "tiny.stl")):
     print("held", flush=True)
     time.sleep(600.0)

@@ -15,12 +15,14 @@ import pytest
 from command_line import POSIX_SIGNALS, PROGRAM, TINY, environment
 
 from pipeline.exit_codes import ExitCode
-from pipeline.store.job import SUFFIXES
-from pipeline.store.stage_names import STAGES
+from pipeline.store.files import Files
+from stages.chain import GOAL, path_to
 
 CASE = TINY.replace("max_updates: 1", "max_updates: 3")
+#: The stages to the part, in order.
+STAGES = path_to(GOAL)
 #: What each stage leaves, for it to be taken away so that the stage runs again.
-MADE = {stage: f"tiny{ending}" for stage, ending in SUFFIXES.items() if stage in STAGES} | {"export": "tiny.stl.h5"}
+MADE = {stage: Files(Path(), "tiny", "tiny.stl").artifact(stage).name for stage in STAGES}
 
 
 def run(folder: Path) -> subprocess.Popen[str]:

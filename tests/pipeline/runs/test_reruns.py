@@ -19,8 +19,11 @@ from command_line import TINY, Poro, edited
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store import artifact
-from pipeline.store.stage_names import STAGES
 from stages import refine
+from stages.chain import GOAL, path_to
+
+#: The stages to the part, in order.
+STAGES = path_to(GOAL)
 
 # What is drawn is looked at in test_pictures, and the finished case has its own picture.
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -68,7 +71,7 @@ def test_finished_case_is_up_to_date_and_nothing_runs(folder: Path, poro: Poro) 
         ("export: {scale: 1.5}", "export", "settings changed: export.scale 1.0 → 1.5"),
         ("mirror: {threshold: 0.25}", "mirror", "settings changed: mirror.threshold 0.0 → 0.25"),
         ("refine: {factor: 1}", "refine", "settings changed: refine.factor 2 → 1"),
-        ("objective: {area_weight: 0.002}", "optimize", "settings changed: objective.area_weight 0.001 → 0.002"),
+        ("load: {arm_ratio: 5.0}", "optimize", "settings changed: load.arm_ratio 4.0 → 5.0"),
     ],
 )
 def test_changed_setting_runs_its_stage_and_the_later_ones(

@@ -16,11 +16,11 @@ from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from pipeline.case.model import Case
+from pipeline.case.model import case_type
 from pipeline.exit_codes import ExitCode
 from pipeline.runs import checkpoint, updates
+from pipeline.runs.keys import content_key, path_key, plain, stage_settings
 from pipeline.store import artifact, contents
-from pipeline.store.keys import checkpoint_key, content_key, plain, stage_settings
 
 FIELDS = {"chi": 1, "density": 1, "pressure": 1, "displacement": 3}
 
@@ -126,7 +126,7 @@ def test_without_kept_updates_the_final_state_is_shown(poro: Poro, finished: Pat
     assert set(pyvista.read("tiny.vtkhdf").celltypes) == {pyvista.CellType.QUADRATIC_HEXAHEDRON}
     assert updates.read(Path("tiny.h5")) == {}
     assert not Path("tiny.updates").exists()
-    # An artifact without them is what older versions wrote; it goes on all the same.
+    # An artifact without them shows the last state; it goes on all the same.
     _optimize(poro, 2)
     assert list(steps(Path("tiny.vtkhdf"))) == [1.0, 2.0]
 
@@ -149,9 +149,9 @@ def test_what_is_kept_is_no_reason_to_run_again(poro: Poro, folder: Path) -> Non
 
 
 def test_keys_are_those_of_a_case_without_the_option() -> None:
-    case = plain(Case())
+    case = plain(case_type()())
     settings = stage_settings(case, "optimize")
     assert "keep_updates" not in settings["optimizer"]
     older = {**case, "optimizer": settings["optimizer"]}
     assert content_key("optimize", 4, stage_settings(older, "optimize")) == content_key("optimize", 4, settings)
-    assert checkpoint_key(older, 4) == checkpoint_key(case, 4)
+    assert path_key(older, "optimize", 4) == path_key(case, "optimize", 4)

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import artifact, seal
-from pipeline.store.artifact import Dataset, Header
+from pipeline.store.artifact import Header
+from stages.datasets import Dataset
 
 HEADER = Header(
     stage="refine",

@@ -12,7 +12,7 @@ import pytest
 from command_line import Poro
 from synthetic import EXAMPLE
 
-from pipeline.cli.app import app
+from pipeline.cli.app import program
 from pipeline.exit_codes import ExitCode
 
 #: Commands that compute nothing and whose output is a format of its own.
@@ -42,7 +42,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
 
 def commands() -> set[str]:
     """Names of all commands of the program."""
-    return {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    return {command.name or command.callback.__name__ for command in program().registered_commands if command.callback}
 
 
 def printed(poro: Poro, *arguments: str) -> dict[str, Any]:

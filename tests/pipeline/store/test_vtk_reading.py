@@ -14,20 +14,21 @@ import stages.mirror
 import stages.optimize
 import stages.refine
 from actuator.domains.half_cylinder import HalfCylinder
-from pipeline.case.model import Case
+from pipeline.case.model import case_type
 from pipeline.exit_codes import ExitCode
+from pipeline.runs.keys import plain
 from pipeline.store import artifact, contents, vtkhdf
 from pipeline.store.artifact import Header
-from pipeline.store.keys import plain
+from stages.datasets import Packed
 
 DOMAIN = HalfCylinder(15.0, 12.0, 2, 1, 3)
 #: A stretch and a shear: linear, so that edge midpoints take exactly the mean.
 GRADIENT = np.array([[0.2, 0.0, 0.1], [0.0, -0.05, 0.0], [0.03, 0.0, 0.1]])
 
 
-def _write(path: Path, stage: str, content: contents.Content) -> Path:
-    header = Header(stage, 1, "key", "run", (), "", "", plain(Case(name=path.name.partition(".")[0])))
-    artifact.write(path, header, *content)
+def _write(path: Path, stage: str, packed: Packed) -> Path:
+    header = Header(stage, 1, "key", "run", (), "", "", plain(case_type()(name=path.name.partition(".")[0])))
+    artifact.write(path, header, packed.datasets, packed.grid)
     vtkhdf.write_sidecar(path)
     return path
 
@@ -47,7 +48,7 @@ def design(tmp_path: Path) -> Path:
         converged=False,
         reason="",
     )
-    return _write(tmp_path / "x.h5", "optimize", contents.of_optimize(result))
+    return _write(tmp_path / "x.h5", "optimize", stages.optimize.pack(result))
 
 
 def test_vtk_reads_mesh_and_fields_from_the_sidecar(design: Path) -> None:
@@ -84,8 +85,8 @@ def test_finer_mesh_and_surface_are_read_too(tmp_path: Path) -> None:
     chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
     finer = stages.refine.run(DOMAIN, chi, stages.refine.Settings())
     solid = stages.mirror.run(finer.domain, finer.chi, stages.mirror.Settings())
-    refined = _write(tmp_path / "x.refined.h5", "refine", contents.of_refine(finer))
-    surface = _write(tmp_path / "x.solid.h5", "mirror", contents.of_mirror(solid))
+    refined = _write(tmp_path / "x.refined.h5", "refine", stages.refine.pack(finer))
+    surface = _write(tmp_path / "x.solid.h5", "mirror", stages.mirror.pack(solid))
     grid = pyvista.read(refined.with_suffix(".vtkhdf"))
     assert grid.compute_cell_sizes()["Volume"].min() > 0.0
     np.testing.assert_array_equal(grid["chi"], finer.chi)

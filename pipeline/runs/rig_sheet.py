@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import stages.rig
 from pipeline.exit_codes import Fault
+from pipeline.runs.job import Job
 from pipeline.store import atomic, contents
-from pipeline.store.job import Job
 from stages.domains import DomainSettings
 
 
-def write(job: Job) -> dict[str, Any]:
+def write(job: Job, path: Path) -> dict[str, Any]:
     """Write the sheet of a job whose case says what it is printed of; returns what it says.
 
     Raises:
@@ -23,7 +25,7 @@ def write(job: Job) -> dict[str, Any]:
     assert case.rig.youngs_modulus is not None
     scale, modulus = case.export.scale, case.rig.youngs_modulus
     sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, _elongation(job))
-    atomic.write_bytes(job.files.rig, as_markdown(case.name, sheet, case.rig, case.domain).encode())
+    atomic.write_bytes(path, as_markdown(case.name, sheet, case.rig, case.domain).encode())
     found = asdict(sheet)
     found |= found.pop("lengths")
     return {key: None if value == math.inf else value for key, value in found.items()}
@@ -48,6 +50,18 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
     ]
     lines = [f"# {name}: rig", "", "| | |", "|---|---|", *(f"| {what} | {value} |" for what, value in rows)]
     return "\n".join(lines) + "\n"
+
+
+def lines(rig: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What a user reads of the sheet at the end of a run."""
+    length = "" if rig["spring_length"] is None else f", a cantilever of {rig['spring_length']:.1f} mm"
+    lines = [
+        ("rig", f"p_in {rig['pressure']:.3g} kPa, arm {rig['arm_length']:g} mm"),
+        ("", f"spring {rig['spring_stiffness']:.4g} N/mm{length}"),
+    ]
+    if rig["spring_travel"] is not None:
+        lines.append(("", f"predicted travel of the spring's end {rig['spring_travel']:.2f} mm"))
+    return lines
 
 
 def _elongation(job: Job) -> float | None:

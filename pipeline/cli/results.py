@@ -1,0 +1,92 @@
+"""The commands that show what the artifacts of a case hold: ``poro plot``, ``poro report`` and ``poro convert``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from pipeline.cli import completion
+from pipeline.cli.options import FigureFormat, Json, Output, Source
+from pipeline.exit_codes import ExitCode, Fault
+
+#: Fields that colour a shape.
+Colour = Literal["pressure", "density"]
+
+
+def plot(
+    case: Source,
+    format: Annotated[FigureFormat, typer.Option("--format", help="Of what matplotlib draws; views are PNG.")] = "png",
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="Draw this figure, such as section; may be repeated.")
+    ] = None,
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
+    from pipeline.runs import perform as commands
+
+    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
+
+
+def report(
+    case: Source,
+    check: Annotated[bool, typer.Option(help="Make the checks of `poro check` where none are stored.")] = True,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Folder of the report. Default: outputs/ if there is one, else here; beside an .h5."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Write everything there is about an optimised case into one HTML file."""
+    from pipeline.report.page import write_report  # loads drawing libraries
+    from pipeline.results.json_output import result_json
+    from pipeline.runs import perform as commands
+
+    # What belongs to an artifact lies beside it, wherever the report goes.
+    job = commands.open_job(case, None if case.suffix == ".h5" else output)
+    folder = output or job.files.folder
+    commands.make_folder(folder)
+    path, problems = write_report(job, folder, check=check)
+    if as_json:
+        typer.echo(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+    else:
+        typer.echo("\n".join([str(path), *problems]))
+
+
+def convert(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts),
+    ],
+    target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
+    colour: Annotated[
+        Colour | None, typer.Option("--colour", help="Write the printed shape with this field as colour: .glb or .ply.")
+    ] = None,
+    deformed: Annotated[bool, typer.Option("--deformed", help="With --colour: under pressure.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour."""
+    if colour:
+        from pipeline.figures.colouring import colour as write_coloured
+
+        write_coloured(source, target, colour, deformed)
+    elif deformed:
+        raise Fault(ExitCode.USAGE, "--deformed goes with --colour; add --colour pressure.")
+    else:
+        from pipeline.results.conversion import convert as convert_artifact
+
+        convert_artifact(source, target)
+    if as_json:
+        from pipeline.results.json_output import result_json
+
+        typer.echo(result_json("convert", {"source": str(source)}, [target]))
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the program."""
+    for command in (plot, report, convert):
+        app.command()(command)

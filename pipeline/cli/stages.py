@@ -1,0 +1,141 @@
+"""The commands that run stages, made from the table of stages."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from pipeline.cli.options import Force, Fresh, Json, Output, Source
+from stages.chain import GOAL, STAGES, Option, Stage, path_to
+
+Command = Callable[..., None]
+
+
+def register(app: typer.Typer) -> None:
+    """Add a command for every stage that is registered now, ``run`` and ``status``."""
+    for row in STAGES.values():
+        app.command(row.name, help=row.help)(stage_command(row))
+    app.command("run")(run_command())
+    app.command("status")(status)
+
+
+def stage_command(row: Stage) -> Command:
+    """The command that runs a stage, and those before it that are missing or stale."""
+
+    def command(
+        case: Path, output: Path | None, force: bool, as_json: bool, fresh: bool = False, **options: Any
+    ) -> None:
+        from pipeline.runs import perform as commands
+
+        job = commands.open_job(case, output, _changes(row.options, options))
+        steps = commands.plan(job, last=row.name, forced=row.name if force else None)
+        typer.echo(commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
+        commands.refuse_incomplete(steps)
+
+    fresh = [_parameter("fresh", Fresh, False)] if row.extent else []
+    return _with_parameters(
+        command,
+        _parameter("case", Source),
+        *_of_table(row.options),
+        _parameter("output", Output, None),
+        _parameter("force", Force, False),
+        *fresh,
+        _parameter("as_json", Json, False),
+    )
+
+
+def run_command() -> Command:
+    """The command that runs all stages up to one."""
+    options = STAGES[path_to(GOAL)[0]].options
+
+    def run(
+        case: Path,
+        first: str | None,
+        last: str | None,
+        output: Path | None,
+        force: bool,
+        fresh: bool,
+        dry_run: bool,
+        explain: bool,
+        as_json: bool,
+        **given: Any,
+    ) -> None:
+        """Run all stages that are missing or stale."""
+        from pipeline.runs import perform as commands
+        from pipeline.runs import plan_text
+
+        job = commands.open_job(case, output, _changes(options, given))
+        forced = (first or path_to(GOAL)[0]) if force else None
+        steps = commands.plan(job, first=first, last=last, forced=forced)
+        if dry_run:
+            typer.echo(plan_text.as_json(steps, "run") if as_json else plan_text.as_text(steps, reasons=explain))
+            return
+        if explain:
+            typer.echo(plan_text.as_text(steps, reasons=True), err=True)
+        typer.echo(commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
+        commands.refuse_incomplete(steps)
+
+    names = Literal[*STAGES]  # type: ignore[valid-type]
+    dry_run = typer.Option("--dry-run", help="Only say what would run.")
+    explain = typer.Option("--explain", help="Say for every stage why it runs or not.")
+    return _with_parameters(
+        run,
+        _parameter("case", Source),
+        _option("first", names, "--from", "Take the stages before this one as they are."),
+        _option("last", names, "--until", f"Stop after this stage. Default: {GOAL}."),
+        *_of_table(options),
+        _parameter("output", Output, None),
+        _parameter("force", Force, False),
+        _parameter("fresh", Fresh, False),
+        _parameter("dry_run", Annotated[bool, dry_run], False),
+        _parameter("explain", Annotated[bool, explain], False),
+        _parameter("as_json", Json, False),
+    )
+
+
+def status(case: Source, output: Output = None, as_json: Json = False) -> None:
+    """Say which stages are up to date, and why others are not.
+
+    What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
+    The commands that run stages go by the case file and their own options: without the option they make it again.
+    """
+    from pipeline.runs import perform as commands
+    from pipeline.runs import plan_text
+
+    steps = commands.status(commands.open_job(case, output))
+    typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
+
+
+def _changes(options: Iterable[Option], given: dict[str, Any]) -> dict[Option, Any]:
+    return {option: given[option.name] for option in options}
+
+
+def _of_table(options: Iterable[Option]) -> list[inspect.Parameter]:
+    return [
+        _option(
+            option.name,
+            option.kind if option.choices is None else Literal[*option.choices],
+            option.flag,
+            option.help,
+        )
+        for option in options
+    ]
+
+
+def _option(name: str, kind: Any, flag: str, help: str) -> inspect.Parameter:
+    """An option that may be left out."""
+    return _parameter(name, Annotated[kind | None, typer.Option(flag, help=help)], None)
+
+
+def _parameter(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def _with_parameters(command: Command, *parameters: inspect.Parameter) -> Command:
+    """A command that typer takes to have these parameters."""
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return command

@@ -1,0 +1,108 @@
+"""What is written beside an artifact for people and other programs; the table of stages says beside which.
+
+A writer of another program is one more entry of :data:`WRITERS`, by the name that a row of the table gives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from actuator.registry import Registry
+from pipeline.runs import rig_sheet
+from pipeline.runs.job import Job
+from pipeline.runs.plan import Step
+from pipeline.runs.progress import Reporter
+from pipeline.store import atomic
+from stages.chain import STAGES
+
+Said = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Writer:
+    """How a file beside an artifact is written.
+
+    Attributes:
+        write: given the job, the step and the path; returns what is said of it at the end, or None if the file is not
+            wanted.
+        lines: of that, what a user reads: names and values.
+        figure: what is drawn, if it is a figure: one that fails is no reason to fail.
+    """
+
+    write: Callable[[Job, Step, Path], Said | None]
+    lines: Callable[[Said], list[tuple[str, str]]] = field(default=lambda said: [])
+    figure: str = ""
+
+
+def write_all(job: Job, steps: list[Step], reporter: Reporter) -> tuple[list[Path], dict[str, Said]]:
+    """Write all files beside the artifacts of the last step.
+
+    Returns:
+        The files that are there now, and what the writers say, by their names, where they say anything.
+
+    Raises:
+        Fault: if an artifact is not readable (ARTIFACT).
+        OSError: if the folder or the disk does not take a file.
+    """
+    step = steps[-1]
+    files: list[Path] = []
+    said: dict[str, Said] = {}
+    for beside in STAGES[step.stage].beside:
+        path, writer = job.files.beside(step.stage, beside), WRITERS[beside.writer]
+        try:
+            found = writer.write(job, step, path)
+        except Exception as error:
+            if not writer.figure:
+                raise
+            reporter.say(f"no {writer.figure}: {error}")
+            reporter.log.warning("drawing failed", exc_info=True)
+            continue
+        if found is not None:
+            files.append(path)
+        if found:
+            said[beside.writer] = found
+    return files, said
+
+
+def lines(said: Mapping[str, Said]) -> list[tuple[str, str]]:
+    """What a user reads of what the writers say: names and values."""
+    return [line for name, found in said.items() for line in WRITERS[name].lines(found)]
+
+
+def _part_figure(job: Job, step: Step, path: Path) -> Said:
+    if step.runs or not path.exists():
+        from pipeline.figures import part as figures  # loads drawing libraries; if they fail, the part is still there
+
+        figures.draw_part(job.files.exported, path)
+    return {}
+
+
+def _rig(job: Job, step: Step, path: Path) -> Said | None:
+    return rig_sheet.write(job, path) if job.case.rig.youngs_modulus is not None else None
+
+
+def _curves(job: Job, step: Step, path: Path) -> Said:
+    from pipeline.results.simulation import as_csv, read_simulation, rig_units
+
+    atomic.write_bytes(path, as_csv(read_simulation(step.path), rig_units(job.case)).encode())
+    return {}
+
+
+def _curves_figure(job: Job, step: Step, path: Path) -> Said:
+    # Loads a drawing library; if it fails, the curves are still there.
+    from pipeline.figures.response import response
+    from pipeline.figures.saving import save
+    from pipeline.results.simulation import read_simulation, rig_units
+
+    save(response(read_simulation(step.path), rig_units(job.case)), path)
+    return {}
+
+
+WRITERS: Registry[Writer] = Registry("writer of a file beside an artifact")
+WRITERS.register("part-figure", Writer(_part_figure, figure="figure of the part"))
+WRITERS.register("rig", Writer(_rig, rig_sheet.lines))
+WRITERS.register("curves", Writer(_curves))
+WRITERS.register("curves-figure", Writer(_curves_figure, figure="figure of the curves"))

@@ -1,0 +1,151 @@
+"""A job: a case, the files it makes, and which stages are already given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.case.model import Case, changed, find_case, read_case, stored_case
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.runs.keys import plain
+from pipeline.store import artifact
+from pipeline.store.artifact import Header
+from pipeline.store.files import Files
+from stages.chain import GOAL, STAGES, Option, followers, path_to
+from stages.formats import FORMATS
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case and where it is worked on.
+
+    Attributes:
+        argument: the case or artifact as the user named it.
+        case: with the command line's changes.
+        case_text: as the user wrote it.
+        own: the case without the command line's changes.
+        files: where the results lie.
+        given: header of the artifact the user named instead of a case: its stage and those before are not run.
+        changes: what the command line says instead of the case.
+    """
+
+    argument: Path
+    case: Case
+    case_text: str
+    own: Case
+    files: Files
+    given: Header | None = None
+    changes: Mapping[Option, Any] = field(default_factory=dict)
+
+    def artifact(self, stage: str) -> Path:
+        """The artifact of a stage."""
+        return self.argument if self.given and self.given.stage == stage else self.files.artifact(stage)
+
+    def recorded(self, stage: str) -> Case:
+        """The case as a stage's artifact records it.
+
+        It has those changes of the command line that were made to the sections of the stage and of those before it, or
+        to sections of no stage; what another stage was told is not the case's: another scale of one part, for instance.
+        """
+        path = path_to(stage)
+        others = {section for name, row in STAGES.items() if name not in path for section in row.sections}
+        foreign = others - {section for name in path for section in STAGES[name].sections}
+        return applied(self.own, {each: value for each, value in self.changes.items() if each.section not in foreign})
+
+    def replaced(self, stage: str) -> dict[str, Any]:
+        """What the case itself says of the keys on which a stage depends and which the command line changed."""
+        sections, own = STAGES[stage].sections, plain(self.own)
+        keys = [(option.section, option.key) for option in self.changes if option.section in sections]
+        return {f"{section}.{key}": own[section][key] for section, key in keys}
+
+    def as_made(self, header: Header) -> dict[str, Any]:
+        """The resolved case with what the command line said when an artifact was made.
+
+        A key of which the case now says something else is the case's again.
+        """
+        resolved = plain(self.case)
+        for name, own in header.replaced.items():
+            section, _, key = name.partition(".")
+            if resolved.get(section, {}).get(key) == own:
+                resolved[section][key] = header.case_resolved[section][key]
+        return resolved
+
+
+def applied(case: Case, changes: Mapping[Option, Any]) -> Case:
+    """The case with what the command line says instead.
+
+    Raises:
+        Fault: if a value is out of range (USAGE).
+    """
+    for option, value in changes.items():
+        case = changed(case, option.flag, option.section, option.key, value)
+    return case
+
+
+def open_job(argument: Path, output: Path | None = None, changes: Mapping[Option, Any] | None = None) -> Job:
+    """The job that a command line describes.
+
+    Args:
+        argument: a case file, or an artifact of a case.
+        output: folder of the results; by default an artifact's own folder, or for a case
+            ``outputs`` in the working folder if there is one, else the working folder.
+        changes: what the command line says instead of the case; None where it says nothing.
+
+    Raises:
+        Fault: if the case is not usable (USAGE), or the artifact is not (ARTIFACT).
+    """
+    given: Header | None = None
+    if argument.suffix == ".h5":
+        given = artifact.read_header(argument)
+        _refuse_dead_end(argument, given.stage)
+        own, text = stored_case(given.case_resolved, argument), given.case_text
+        default = argument.parent
+    else:
+        own, text = read_case(find_case(argument))
+        default = default_folder()
+    said = {option: value for option, value in (changes or {}).items() if value is not None}
+    _refuse_impossible(output or default)
+    return make_job(argument, own, text, output or default, given, said)
+
+
+def make_job(
+    argument: Path,
+    own: Case,
+    text: str,
+    folder: Path,
+    given: Header | None = None,
+    changes: Mapping[Option, Any] | None = None,
+) -> Job:
+    """The job of a case in a folder.
+
+    Raises:
+        Fault: if a value of the command line is out of range (USAGE).
+    """
+    changes = changes or {}
+    case = applied(own, changes)
+    tag = "".join(f".{option.name}-{value:g}" for option, value in changes.items() if option.renames)
+    files = Files(folder, case.name, f"{case.name}{tag}{FORMATS[case.export.format].ending}")
+    return Job(argument, case, text, own, files, given, changes)
+
+
+def default_folder() -> Path:
+    """Where results go unless a command says otherwise: ``outputs`` if there is one here, else here."""
+    return Path("outputs") if Path("outputs").is_dir() else Path()
+
+
+def _refuse_dead_end(argument: Path, stage: str) -> None:
+    """Refuse an artifact with which no stage can go on."""
+    if stage not in STAGES or (stage != GOAL and not followers(stage)):
+        kind = f"the result of '{stage}'" if stage != "checkpoint" else "a checkpoint"
+        raise Fault(ExitCode.ARTIFACT, f"{argument}: this is {kind}; give the case file it belongs to.")
+
+
+def _refuse_impossible(folder: Path) -> None:
+    """Refuse a path that the system will not even look up; whether it can be made a folder shows when it is made."""
+    try:
+        folder.exists()
+    except OSError as error:
+        sentence = f"{str(folder)[:60]}…: cannot be a folder ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None

@@ -1,0 +1,67 @@
+"""Content keys: what a stage's result depends on, as one hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pydantic import BaseModel
+
+from stages.chain import STAGES
+
+
+def content_key(stage: str, version: int, settings: Mapping[str, Any], upstream: Sequence[str] = ()) -> str:
+    """sha256 of the stage's name, version, settings in canonical JSON, and the keys of what it works on."""
+    canonical = json.dumps(
+        [stage, version, settings, list(upstream)], sort_keys=True, separators=(",", ":"), allow_nan=False
+    )
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def plain(settings: BaseModel) -> dict[str, Any]:
+    """Settings as nested dictionaries of JSON values."""
+    return settings.model_dump(mode="json")
+
+
+def stage_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
+    """The part of a resolved case on which a stage's result depends, section by section."""
+    return _without(resolved, STAGES[stage].sections, STAGES[stage].recorded_only)
+
+
+def path_key(resolved: Mapping[str, Any], stage: str, version: int) -> str:
+    """Key of the path a stage takes: how far it is followed is left out, so that it can be continued.
+
+    Args:
+        resolved: a resolved case.
+        stage: a stage that can be continued.
+        version: of the stage.
+    """
+    row = STAGES[stage]
+    return content_key("checkpoint", version, _without(resolved, row.sections, row.recorded_only + row.extent))
+
+
+def _without(resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str]) -> dict[str, Any]:
+    return {
+        section: {key: value for key, value in resolved.get(section, {}).items() if f"{section}.{key}" not in left_out}
+        for section in sections
+    }
+
+
+def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    """What differs between two settings of a stage, each as ``key old → new`` with the key of the case file."""
+    before, after = dict(_leaves(old)), dict(_leaves(new))
+    return [
+        f"{key} {before.get(key, 'unset')} → {after.get(key, 'unset')}"
+        for key in sorted(before.keys() | after.keys())
+        if before.get(key) != after.get(key)
+    ]
+
+
+def _leaves(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value

@@ -1,0 +1,32 @@
+"""A plan for people and for programs."""
+
+from __future__ import annotations
+
+from pipeline.results.json_output import result_json
+from pipeline.runs.plan import Step
+
+
+def as_text(steps: list[Step], *, reasons: bool) -> str:
+    """A plan, one stage a line."""
+    return "\n".join(f"{step.stage:<10}{_word(step):<12}{_why(step, reasons)}" for step in steps)
+
+
+def _word(step: Step) -> str:
+    return "given" if step.given else "run" if step.runs else "up to date"
+
+
+def _why(step: Step, reasons: bool) -> str:
+    if reasons and step.runs:
+        return "; ".join(step.reasons)
+    made_with = f" (made with {', '.join(step.made_with)})" if step.made_with and not step.runs else ""
+    return f"{step.path}{made_with}"
+
+
+def as_json(steps: list[Step], command: str) -> str:
+    """A plan as JSON; its files are those that are up to date."""
+    found = [
+        {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons}
+        | {"made_with": step.made_with, "path": str(step.path)}
+        for step in steps
+    ]
+    return result_json(command, {"steps": found}, [step.path for step in steps if not step.runs])

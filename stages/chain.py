@@ -1,0 +1,231 @@
+"""The table of stages: all that the program knows of a stage before it runs one.
+
+Plans, content keys, names of files, the sections of the case file, the commands and what is said at the end are made
+from it; what a stage computes is in its module, which is loaded where it is needed. A stage of another program is one
+more row::
+
+    from stages.chain import STAGES, Stage
+
+    STAGES.register("weigh", Stage("weigh", after="mirror", module="weigh", suffix=".weigh.h5", ...))
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+from actuator.registry import Registry
+from stages.formats import FORMATS
+
+if TYPE_CHECKING:  # settings and arrays: `poro --help` needs neither
+    from stages.section import Section
+    from stages.task import Need, StageModule
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a stage's command that stands for one key of the case file.
+
+    Attributes:
+        flag: as it is typed, ``--max-load``.
+        kind: type of its value.
+        section, key: which key of the case it replaces.
+        help: sentence for ``--help``.
+        choices: things by whose names the value is one; any value of the type if None.
+        renames: whether a part made with it gets a file name of its own, ``NAME.scale-1.5.stl``.
+    """
+
+    flag: str
+    kind: type
+    section: str
+    key: str
+    help: str
+    choices: Mapping[str, Any] | None = field(default=None, compare=False)
+    renames: bool = False
+
+    @property
+    def name(self) -> str:
+        """As a name in Python."""
+        return self.flag.lstrip("-").replace("-", "_")
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A file for people or other programs that is written beside an artifact.
+
+    Attributes:
+        writer: name of what writes it, in the registry of the pipeline.
+        ending: of its name, after that of the part or of the case.
+        settings: module whose ``Settings`` are a section of the case file that is called as the writer is; none if
+            empty.
+        of_result: whether it shows the result itself, so that one of an older result must not stay beside a new part.
+    """
+
+    writer: str
+    ending: str
+    settings: str = ""
+    of_result: bool = False
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A row of the table.
+
+    Attributes:
+        name: of the stage, of its command, and of its own section of the case file if ``sections`` has it.
+        help: sentence that says what it does.
+        module: where its method is, see :class:`stages.task.StageModule`.
+        suffix: end of its artifact's name; where the stage makes a file of its own, what follows that file's name.
+        sections: of the case file, on which its result depends.
+        after: the stage on whose artifact it works; none if empty.
+        options: of its command, beside those that all have.
+        recorded_only: keys of its sections that say what is kept beside the result, not what the result is.
+        extent: keys that say how far a run goes, not which path it takes: longer runs continue shorter ones. Only the
+            optimisation has any.
+        makes_part: whether it makes a file of its own, whose format is the key ``format`` of its section.
+        grids: names of further grids in its artifact; each has a file for ParaView of its own.
+        beside: files that are written beside its artifact.
+    """
+
+    name: str
+    help: str
+    module: str
+    suffix: str
+    sections: tuple[str, ...]
+    after: str = ""
+    options: tuple[Option, ...] = ()
+    recorded_only: tuple[str, ...] = ()
+    extent: tuple[str, ...] = ()
+    makes_part: bool = False
+    grids: tuple[str, ...] = ()
+    beside: tuple[Beside, ...] = ()
+
+    def load(self) -> StageModule:
+        """Its module; imports it."""
+        return cast("StageModule", importlib.import_module(self.module))
+
+    def lines(self, summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """What a user reads of a summary, names and values."""
+        lines: list[tuple[str, str]] = self._call("lines", [], summary)
+        return lines
+
+    def needs(self, case: Any) -> Need | None:
+        """Least memory for a case; None if it is little."""
+        need: Need | None = self._call("needs", None, case)
+        return need
+
+    def shortfall(self, summary: Mapping[str, Any], path: str) -> str:
+        """What a result lacks that lies at a path, and the remedy; empty if it is whole."""
+        shortfall: str = self._call("shortfall", "", summary, path)
+        return shortfall
+
+    def _call(self, function: str, default: Any, *arguments: Any) -> Any:
+        """The result of a function that the module may have."""
+        found = getattr(self.load(), function, None)
+        return found(*arguments) if found else default
+
+
+UPDATES = Option(
+    "--updates", int, "optimizer", "max_updates", "Most design updates; 0 evaluates the initial design only."
+)
+THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per core.")
+SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
+FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
+MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure over p_in.")
+
+
+def youngs(meaning: str = "") -> Option:
+    """The option for the stiffness of a print; ``meaning`` is what it is good for."""
+    help = f"Young's modulus of the print, N/mm²{f': {meaning}' if meaning else ''}."
+    return Option("--youngs", float, "rig", "youngs_modulus", help)
+
+
+STAGES: Registry[Stage] = Registry("stage")
+
+#: What `poro run` makes unless it is told otherwise.
+GOAL = "export"
+
+for _row in (
+    Stage(
+        "optimize",
+        "Optimise the design of a case.",
+        module="stages.optimize",
+        suffix=".h5",
+        sections=("domain", "material", "load", "objective", "optimizer"),
+        options=(UPDATES, THREADS),
+        recorded_only=("optimizer.keep_updates",),
+        extent=("optimizer.max_updates", "optimizer.stationarity", "optimizer.least_gain"),
+    ),
+    Stage(
+        "refine",
+        "Put the design on a finer mesh and filter it.",
+        module="stages.refine",
+        suffix=".refined.h5",
+        sections=("refine",),
+        after="optimize",
+    ),
+    Stage(
+        "mirror",
+        "Extract the closed surface of the whole solid.",
+        module="stages.mirror",
+        suffix=".solid.h5",
+        sections=("mirror",),
+        after="refine",
+    ),
+    Stage(
+        "export",
+        "Scale, prove and write the part as STL or 3MF, and draw it.",
+        module="stages.export",
+        suffix=".h5",
+        sections=("export",),
+        after="mirror",
+        options=(SCALE, FORMAT, youngs("also writes the rig's sheet")),
+        makes_part=True,
+        beside=(Beside("part-figure", ".png", of_result=True), Beside("rig", ".rig.md", settings="stages.rig")),
+    ),
+    Stage(
+        "simulate",
+        "Follow the response from zero pressure to beyond p_in and back.",
+        module="stages.simulate",
+        suffix=".simulation.h5",
+        # The thresholded field is made from the other two.
+        sections=("simulate", "refine", "mirror"),
+        after="optimize",
+        options=(MAX_LOAD, youngs("curves in the rig's units"), SCALE, THREADS),
+        grids=("thresholded",),
+        beside=(Beside("curves", ".simulation.csv"), Beside("curves-figure", ".simulation.png")),
+    ),
+):
+    STAGES.register(_row.name, _row)
+
+
+def path_to(name: str) -> tuple[str, ...]:
+    """Names of the stages from the first one to this one."""
+    before = STAGES[name].after
+    return (*path_to(before), name) if before else (name,)
+
+
+def followers(name: str) -> tuple[str, ...]:
+    """Names of the stages that work on what this one makes."""
+    return tuple(row.name for row in STAGES.values() if row.after == name)
+
+
+def goal_from(name: str) -> str:
+    """What is made if no goal is given and this stage shall be part of it."""
+    return GOAL if name in path_to(GOAL) else name
+
+
+def sections() -> dict[str, type[Section]]:
+    """Sections of the case file that stages have to themselves, in the order of the table."""
+    return dict(_sections())
+
+
+def _sections() -> Iterator[tuple[str, type[Section]]]:
+    for row in STAGES.values():
+        if row.name in row.sections:
+            yield row.name, importlib.import_module(row.module).Settings
+        for beside in row.beside:
+            if beside.settings:
+                yield beside.writer, importlib.import_module(beside.settings).Settings

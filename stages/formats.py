@@ -1,0 +1,103 @@
+"""Formats of the exported part: how each is written and read, and how its files end.
+
+A format of another program is one more entry; for one that trimesh knows a line::
+
+    from stages.formats import FORMATS, by_trimesh
+
+    FORMATS.register("off", by_trimesh("off"))
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from actuator.failure import UnreadableSolid
+from actuator.registry import Registry
+
+if TYPE_CHECKING:  # slow to load: only where a file is written or read
+    import trimesh
+
+    from actuator.geometry.zero_set import Surface
+
+#: Bytes of free text that a binary STL begins with.
+HEADER = 80
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format of solids.
+
+    Attributes:
+        ending: of its files, with the dot, in lower case.
+        write: bytes of a file, given a surface in mm and a title of one line.
+        read: triangles in the bytes of a file, in mm, as they stand there; may raise whatever it meets.
+    """
+
+    ending: str
+    write: Callable[[Surface, str], bytes]
+    read: Callable[[bytes], trimesh.Trimesh]
+
+
+def by_trimesh(name: str) -> Format:
+    """A format that trimesh writes and reads, by trimesh's name of it, which is also the ending."""
+    return Format(f".{name}", partial(_write, name), partial(_read, name))
+
+
+def _write(name: str, surface: Surface, title: str) -> bytes:
+    import trimesh
+
+    data = trimesh.Trimesh(surface.vertices, surface.triangles, process=False).export(file_type=name)
+    return data if isinstance(data, bytes) else data.encode()
+
+
+def _read(name: str, data: bytes) -> trimesh.Trimesh:
+    import trimesh
+
+    mesh = trimesh.load_mesh(io.BytesIO(data), file_type=name, process=False)
+    if mesh.units not in (None, "mm", "millimeter", "millimeters"):
+        mesh.convert_units("millimeters")
+    return mesh
+
+
+def _write_stl(surface: Surface, title: str) -> bytes:
+    return stl_header(title) + _write("stl", surface, title)[HEADER:]
+
+
+def stl_header(title: str) -> bytes:
+    """The free text of a binary STL, which must not look like that of an ASCII one."""
+    return f"poro: {title}".encode("ascii", "replace")[:HEADER].ljust(HEADER)
+
+
+def _write_3mf(surface: Surface, title: str) -> bytes:
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
+    mesh.units = "millimeters"
+    data: bytes = trimesh.Scene({title: mesh}).export(file_type="3mf")
+    return data
+
+
+FORMATS: Registry[Format] = Registry("format")
+FORMATS.register("stl", Format(".stl", _write_stl, partial(_read, "stl")))
+FORMATS.register("3mf", Format(".3mf", _write_3mf, partial(_read, "3mf")))
+
+
+def by_ending(ending: str) -> str | None:
+    """Name of the format whose files end so, in capitals or not; None if there is none."""
+    return next((name for name, format in FORMATS.items() if format.ending == ending.lower()), None)
+
+
+def decode(data: bytes, name: str) -> trimesh.Trimesh:
+    """The triangles in the bytes of a file, in mm, as they stand there.
+
+    Raises:
+        actuator.failure.UnreadableSolid: if the bytes are no such file.
+    """
+    try:
+        return FORMATS[name].read(data)
+    except Exception as error:  # parsers raise whatever they meet
+        raise UnreadableSolid(f"The bytes are no readable {name} file ({error}); export the part again.") from error

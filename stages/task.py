@@ -1,0 +1,85 @@
+"""What a stage is given when a case is run, and what its module has for that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from actuator.solver_name import SolverName
+from stages.events import Observer, silent
+
+if TYPE_CHECKING:
+    from stages.datasets import Packed, Source
+
+
+@dataclass(frozen=True)
+class Compute:
+    """What may change the time but not the result; kept out of the content key."""
+
+    threads: int = 2
+    linear_solver: SolverName = "auto"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case at one of its stages.
+
+    Attributes:
+        case: its attributes are ``name`` and the sections of the case file.
+        source: the artifact of the stage before; None for a stage that works on none.
+        compute: threads and linear solver.
+        observer: is told what happens.
+        resume: the checkpoint to continue from, if there is one.
+    """
+
+    case: Any
+    source: Source | None = None
+    compute: Compute | None = None
+    observer: Observer = silent
+    resume: Mapping[str, Any] | None = None
+
+    @property
+    def upstream(self) -> Source:
+        """The artifact of the stage before, for a stage that works on one."""
+        assert self.source is not None
+        return self.source
+
+
+@dataclass(frozen=True)
+class Need:
+    """Least memory of a stage.
+
+    Attributes:
+        cells: of its mesh.
+        memory: bytes.
+        remedy: what to change where a machine has less.
+    """
+
+    cells: int
+    memory: float
+    remedy: str
+
+
+class StageModule(Protocol):
+    """What the module of a stage has for this, beside its ``run``, whose arguments are what suits it.
+
+    It may also have ``Settings``, a :class:`~stages.section.Section` of the case file that is called as the stage is,
+    and these functions:
+
+    * ``lines(summary)``: what a user reads of a summary, pairs of name and value;
+    * ``needs(case)``: the least memory for a case, as :class:`Need`;
+    * ``shortfall(summary, path)``: what the result at a path lacks, with the remedy, or an empty text; with such a
+      result the command ends as interrupted, or as not converged if the summary says ``finished``.
+
+    Attributes:
+        VERSION: of its method; a change of it makes older results stale.
+    """
+
+    VERSION: int
+
+    def start(self, task: Task) -> Any:
+        """Call ``run`` with what the case says and the stage before left; returns its result."""
+
+    def pack(self, result: Any) -> Packed:
+        """What is stored of a result."""
