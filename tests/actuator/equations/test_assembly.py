@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from physics import Floats, half_cylinder, parameters, wavy
 
 from actuator.equations.assembly import Gather, scatter_vector
-from actuator.equations.kernels import lagrangian_gradient
 from actuator.solve.equilibrium import Equilibrium
+from actuator.terms.lagrangian import lagrangian_gradient
 
 
 def random_targets(seed: int, n_rows: int, n_columns: int, entries: int) -> tuple[Floats, Floats, Floats]:
