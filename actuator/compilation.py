@@ -9,37 +9,39 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 
-from actuator.material.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
-
-#: A law of each type, to compile its kernels with.
-EXAMPLES: dict[str, Law] = {
-    type(law).__name__: law for law in (NEO_HOOKE, MooneyRivlin(0.1), Yeoh(0.01, 0.001), Ogden.of([1.0], [3.0]))
-}
+from actuator.material.constants import kernel_constants
+from actuator.material.laws import neo_hooke
+from actuator.parameters import Law
 
 
-def compile_kernels(law: Law = NEO_HOOKE) -> None:
+def compile_kernels(law: Law = neo_hooke.EXAMPLE) -> None:
     """Fill the cache of compiled kernels for a type of law unless that has been done; takes a minute once for each.
 
-    Where it cannot be done, in a folder that is not writable for instance, kernels are compiled as they are needed.
+    The other process imports the law's file, from wherever this one has found it. Where it cannot, or cannot write to
+    the cache, kernels are compiled as they are needed.
     """
-    name = type(law).__name__
-    if _stamp(name).exists():
+    if _stamp(law).exists():
         return
-    subprocess.run([sys.executable, "-m", __name__, name], check=False, capture_output=True)
+    # -P: a folder 'actuator' in the working folder is not this package.
+    subprocess.run(
+        [sys.executable, "-P", "-m", __name__, type(law).__module__],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
+        check=False,
+        capture_output=True,
+    )
 
 
-def _stamp(law: str) -> Path:
-    version = f"{metadata.version('numba')}-{sys.implementation.cache_tag}-{law}"
+def _stamp(law: Law) -> Path:
+    version = f"{metadata.version('numba')}-{sys.implementation.cache_tag}-{kernel_constants(type(law)).__name__}"
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"compiled-{version}"
 
 
-def _use_everything(law: str) -> None:
+def _use_everything(law: Law) -> None:
     """One design update of a smallest case calls every kernel with every type of number, for one law."""
     from actuator.domains.half_cylinder import HalfCylinder
-    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.parameters import Load, Material, Objective
     from actuator.solve.reduced import ReducedObjective
@@ -55,15 +57,15 @@ def _use_everything(law: str) -> None:
         void_permeability_rate=1e3,
         permeability_contrast=1e-6,
         hessian_regularisation=1e-6,
-        law=EXAMPLES[law],
+        law=law,
     )
     load = Load(pressure=0.0547, arm_length=60.0, spring_stiffness=0.041)
     limits = Objective(1e-3, 1.0, 1e6, 1e6, 1e5, energy_limit=0.0268, interface_width=3.0, diffusivity_length=15.0)
     objective = ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
     optimiser = Optimiser(objective, max_products=2)
-    optimiser.run(optimiser.begin(initial_design(domain.points, domain.radius, limits.interface_width)), 1)
+    optimiser.run(optimiser.begin(domain.initial_design(domain.points, limits.interface_width)), 1)
     _stamp(law).touch()
 
 
 if __name__ == "__main__":
-    _use_everything(sys.argv[1] if len(sys.argv) > 1 else NeoHooke.__name__)
+    _use_everything(import_module(sys.argv[1] if len(sys.argv) > 1 else neo_hooke.__name__).EXAMPLE)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import log
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
-from actuator.material.laws.coefficients import NEO_HOOKE, Law
+#: Coefficients of a hyperelastic law over its initial shear modulus, a named tuple of :mod:`actuator.material.laws`.
+Law: TypeAlias = tuple[float, ...]
 
 
 def drainage_ratio(interface_width: float) -> float:
@@ -37,7 +38,7 @@ class Material:
     solid_permeability: float
     drainage: float
     hessian_penalty: float
-    law: Law = NEO_HOOKE
+    law: Law
 
     @classmethod
     def from_ratios(
@@ -52,7 +53,7 @@ class Material:
         void_permeability_rate: float,
         permeability_contrast: float,
         hessian_regularisation: float,
-        law: Law = NEO_HOOKE,
+        law: Law,
     ) -> Material:
         """Parameters from the dimensionless ratios of Table 1; c_r = α L² K_s."""
         bulk = youngs_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
@@ -75,12 +76,12 @@ class Material:
 
 @dataclass(frozen=True)
 class Load:
-    """Actuation and environment of half an actuator.
+    """Actuation and environment of what is modelled: half an actuator, or a whole one where it has no symmetry plane.
 
     Attributes:
         pressure: p_in, N/mm² (p_out is zero).
         arm_length: L_arm, mm.
-        spring_stiffness: k_sp, N/mm.
+        spring_stiffness: k_sp, N/mm; of a whole actuator twice that of a half.
     """
 
     pressure: float
@@ -91,7 +92,7 @@ class Load:
     def from_ratios(
         cls, *, radius: float, youngs_modulus: float, pressure_ratio: float, arm_ratio: float, spring_ratio: float
     ) -> Load:
-        """Parameters from the dimensionless ratios of Table 1."""
+        """Parameters of half an actuator from the dimensionless ratios of Table 1."""
         arm_length = arm_ratio * radius
         return cls(
             pressure_ratio * youngs_modulus, arm_length, spring_ratio * youngs_modulus * radius**3 / arm_length**2

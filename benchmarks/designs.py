@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.geometry.trilinear import shape_functions
 
 #: Cells whose centres are nearest to a point, among which the one that holds it is looked for.
@@ -56,19 +57,19 @@ def _located(source: HalfCylinder, points: Floats) -> tuple[Ints, Floats]:
     return nearest[each, best], np.clip(place[each, best, 1:], 0.0, 1.0)
 
 
-def directions(domain: HalfCylinder) -> Floats:
+def directions(domain: Domain) -> Floats:
     """Six smooth variations δχ of a design at the vertices, (6, n_vertices), each of size one.
 
     Constant; linear in X3; half a wave along X1; a wave along X3 with the same along X1; a wave in the radius; and one
     around the axis.
     """
     x1, x2, x3 = domain.points.T
-    along, height = np.pi * x1 / domain.length, np.pi * x3 / domain.radius
-    radius, angle = np.hypot(x2, x3) / domain.radius, np.arctan2(x3, x2)
+    along, height = np.pi * x1 / domain.length, np.pi * x3 / domain.size
+    radius, angle = np.hypot(x2, x3) / domain.size, np.arctan2(x3, x2)
     return np.stack(
         [
             np.ones_like(x1),
-            x3 / domain.radius,
+            x3 / domain.size,
             np.cos(along),
             np.cos(along) * np.sin(height),
             np.cos(2.0 * np.pi * radius**2),

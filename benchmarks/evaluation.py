@@ -29,7 +29,6 @@ import scipy.sparse as sp
 
 from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.linear import DirectSolver, make_solver
 from actuator.optimiser.inner import InnerProblem
 from actuator.optimiser.loop import Optimiser, Progress
@@ -91,7 +90,7 @@ def main() -> None:
         settings.domain.build(), *settings.parameters(), solver=options.solver, threads=options.threads
     )
     rows: list[tuple[str, str]] = []
-    chi = initial_design(objective.domain.points, settings.domain.radius, settings.objective.interface_width)
+    chi = objective.domain.initial_design(objective.domain.points, settings.objective.interface_width)
     objective.evaluate(chi)  # compiles
     objective.equilibrium.forget_factors()
     began = perf_counter()

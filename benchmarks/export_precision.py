@@ -25,6 +25,7 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.geometry.distance import distance
 from actuator.geometry.hausdorff import Distance
 from actuator.geometry.zero_set import Surface
@@ -72,12 +73,12 @@ class Part:
     volume: float
 
 
-def thin_walls() -> tuple[HalfCylinder, Floats]:
+def thin_walls() -> tuple[Domain, Floats]:
     """A bellows of radius 0.7 R with a rib across, walls of 2.2 mm, on the small mesh; χ at the vertices."""
     domain = HalfCylinder(15.0, 15.0, 6, 2, 9)
     x1, x2, x3 = domain.points.T
     r = np.hypot(x2, x3)
-    middle = domain.radius * (0.7 + 0.04 * np.cos(2.0 * np.pi * x1 / domain.length))
+    middle = domain.size * (0.7 + 0.04 * np.cos(2.0 * np.pi * x1 / domain.length))
     rib = np.minimum(1.1 - np.abs(x3 - 4.0), middle - r)
     return domain, 8.0 / 3.0 * np.maximum(1.1 - np.abs(r - middle), rib)
 
@@ -112,7 +113,7 @@ def _timed(call: Callable[[], T]) -> tuple[float, T]:
 class Chain:
     """refine, mirror and export of one design, with what each took."""
 
-    def __init__(self, domain: HalfCylinder, chi: Floats) -> None:
+    def __init__(self, domain: Domain, chi: Floats) -> None:
         self.domain, self.chi = domain, chi
         self.seconds: dict[Variant, list[float]] = {}
 
@@ -142,7 +143,7 @@ class Chain:
 
 
 def measure(
-    domain: HalfCylinder, chi: Floats, rounds: int, variants: tuple[Variant, ...] = VARIANTS
+    domain: Domain, chi: Floats, rounds: int, variants: tuple[Variant, ...] = VARIANTS
 ) -> tuple[list[Part], Distance]:
     """All variants of one design, and how far the finest lies off its own zero set."""
     chain = Chain(domain, chi)

@@ -34,7 +34,7 @@ from felupe.quadrature import Scheme
 from skfem import ElementHex1, ElementHexS2
 
 from actuator.arrays import Floats, Ints
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.parameters import Material as Constants
 from benchmarks.given_pressure import MAX_NEWTON, Solution
 
@@ -66,7 +66,7 @@ class FelupeProblem:
     """
 
     def __init__(
-        self, domain: HalfCylinder, constants: Constants, chi: Floats, p: Floats, rule: tuple[Floats, Floats]
+        self, domain: Domain, constants: Constants, chi: Floats, p: Floats, rule: tuple[Floats, Floats]
     ) -> None:
         quadrature = Scheme(2.0 * rule[0].T - 1.0, 8.0 * rule[1])
         linear = Mesh(domain.points, domain.cells[:, _order(ElementHex1, Hexahedron)], "hexahedron")

@@ -12,7 +12,7 @@ from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.helmholtz import helmholtz_filter
 from actuator.equations.kernels import residual
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from benchmarks.figures import Figure, error
 from benchmarks.small_cases import SMALL, problem
 from stages import export, mirror
@@ -37,7 +37,7 @@ def patch_figures() -> Iterator[Figure]:
     residual(
         discretisation.geometry,
         np.zeros_like(discretisation.geometry.volume),
-        Coefficients.of(*settings.parameters()),
+        constants_of(*settings.parameters()),
         PATCH_DESIGN * ones,
         u,
         PATCH_PRESSURE * ones,
@@ -48,7 +48,7 @@ def patch_figures() -> Iterator[Figure]:
     forces = scatter_vector(Ru, domain.node_cells, len(domain.nodes))
     x, r = domain.nodes[:, 0], np.hypot(domain.nodes[:, 1], domain.nodes[:, 2])
     # Midpoints of edges on the wall lie on chords; nodes inside are further away from it than those.
-    inside = (x > 0.0) & (x < domain.length) & (domain.nodes[:, 1] > 0.0) & (r < 0.9 * domain.radius)
+    inside = (x > 0.0) & (x < domain.length) & (domain.nodes[:, 1] > 0.0) & (r < 0.9 * domain.size)
     left = float(np.abs(forces[inside]).max() / np.abs(forces).max())
     yield error("patch test: forces inside", left, rounding=ROUNDING)
 

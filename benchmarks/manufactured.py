@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from skfem import Basis, ElementHex1, ElementHexS2
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import make_solver
@@ -98,14 +98,14 @@ def solve_symmetric(matrix: sp.csr_array, rhs: Floats, free: NDArray[np.bool_]) 
     return x
 
 
-def _basis(domain: HalfCylinder, scheme: Scheme, discretisation: Discretisation) -> tuple[Basis, Floats]:
+def _basis(domain: Domain, scheme: Scheme, discretisation: Discretisation) -> tuple[Basis, Floats]:
     """Basis of the displacements with the rule of the model, and its points (n_cells, n_q, 3)."""
     element = ElementHexS2() if scheme.element == "hex20" else ElementHex1()
     basis = Basis(domain.mesh, element, quadrature=discretisation.rule)
     return basis, np.asarray(basis.global_coordinates()).transpose(1, 2, 0)
 
 
-def solve_mechanics(domain: HalfCylinder, scheme: Scheme = DEFAULT) -> Floats:
+def solve_mechanics(domain: Domain, scheme: Scheme = DEFAULT) -> Floats:
     """u_h for a body force -Div P(u) and the exact u on the boundary, by Newton's method.
 
     Returns:
@@ -138,7 +138,7 @@ def solve_mechanics(domain: HalfCylinder, scheme: Scheme = DEFAULT) -> Floats:
     raise AssertionError("Newton's method did not converge")
 
 
-def solve_darcy(domain: HalfCylinder, scheme: Scheme = DEFAULT) -> Floats:
+def solve_darcy(domain: Domain, scheme: Scheme = DEFAULT) -> Floats:
     """p_h (n_vertices, 1) for the exact p on the boundary, on a deformed mesh with source and drainage."""
     discretisation = Discretisation(domain, scheme)
     source = np.full_like(discretisation.geometry.volume, 40.0)
@@ -168,7 +168,7 @@ def solve_darcy(domain: HalfCylinder, scheme: Scheme = DEFAULT) -> Floats:
 
 
 def errors(
-    domain: HalfCylinder, field: Floats, exact: Callable[[Floats], Floats], slope: Callable[[Floats], Floats]
+    domain: Domain, field: Floats, exact: Callable[[Floats], Floats], slope: Callable[[Floats], Floats]
 ) -> Floats:
     """Relative errors (L2, H1 seminorm) of a field at the vertices or at all nodes, (n, components), (2,)."""
     element = ElementHex1() if len(field) == domain.mesh.nvertices else ElementHexS2()
@@ -184,17 +184,17 @@ def errors(
     return np.array([norm(value - exact(X)) / norm(exact(X)), norm(gradient - slope(X)) / norm(slope(X))])
 
 
-def displacement_errors(domain: HalfCylinder, u: Floats) -> Floats:
+def displacement_errors(domain: Domain, u: Floats) -> Floats:
     """Relative errors (L2, H1) of u at the vertices or at all nodes, (2,)."""
     return errors(domain, u, displacement, displacement_gradient)
 
 
-def pressure_errors(domain: HalfCylinder, p: Floats) -> Floats:
+def pressure_errors(domain: Domain, p: Floats) -> Floats:
     """Relative errors (L2, H1) of p (n_vertices, 1), (2,)."""
     return errors(domain, p, lambda X: pressure(X)[..., None], lambda X: pressure_gradient(X)[..., None, :])
 
 
-def meshes(levels: int) -> list[HalfCylinder]:
+def meshes(levels: int) -> list[Domain]:
     """Each with half the size of the one before; the first has 12 cells."""
     return [half_cylinder(2**k, 2**k, 2 ** (k + 1)) for k in range(levels)]
 

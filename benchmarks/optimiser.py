@@ -21,8 +21,7 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.geometry.sampling import sampled
 from actuator.optimiser.loop import Optimiser
 from actuator.solve.reduced import Evaluation, ReducedObjective
@@ -31,8 +30,8 @@ from benchmarks.gradient_descent import GradientDescent
 from benchmarks.tables import RESULTS, Row, markdown, read_csv, start_log, write_csv, write_markdown
 from pipeline.case.model import find_case, read_case
 from stages.datasets import vtk_order
+from stages.domains import DomainSettings
 from stages.optimize import Settings
-from stages.settings import DomainSettings
 
 logger = start_log("benchmarks.optimiser")
 
@@ -122,13 +121,13 @@ class Continuation:
             self.on_coarse = False
 
 
-def prolonged(coarse: HalfCylinder, chi: Floats, fine: HalfCylinder) -> Floats:
+def prolonged(coarse: Domain, chi: Floats, fine: Domain) -> Floats:
     """χ at the vertices of another mesh of the same half cylinder, interpolated in the cells, (n_vertices,).
 
     Vertices between the coarse mesh's facets and the wall take the value below them.
     """
     cells = coarse.cells[:, vtk_order()[:8]]
-    scalars, _ = sampled(coarse.points, cells, fine.points, {"chi": chi}, np.zeros((len(chi), 3)))
+    scalars, _ = sampled(coarse.points, cells, fine.points, {"chi": chi}, np.zeros((len(chi), 3)), mirrored=True)
     return scalars["chi"]
 
 
@@ -144,9 +143,9 @@ def case(settings: Settings, domain: DomainSettings) -> ReducedObjective:
     )
 
 
-def start(domain: HalfCylinder, settings: Settings) -> Floats:
+def start(domain: Domain, settings: Settings) -> Floats:
     """The initial design on a mesh."""
-    return initial_design(domain.points, domain.radius, settings.objective.interface_width)
+    return domain.initial_design(domain.points, settings.objective.interface_width)
 
 
 def variants(settings: Settings) -> dict[str, Callable[[ReducedObjective], Search]]:

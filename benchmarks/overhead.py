@@ -18,12 +18,12 @@ from time import perf_counter
 import numpy as np
 
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.optimiser.model import Model
 from actuator.solve.reduced import ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.tables import markdown, start_log, write_markdown
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 logger = start_log("benchmarks.overhead")
 
@@ -35,10 +35,10 @@ REPEATS = 5
 def measure(mesh: tuple[int, int, int], threads: int) -> dict[str, float]:
     """Median seconds of each call on one mesh."""
     core, rings, layers = mesh
-    settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
+    settings = ProblemSettings(domain=HalfCylinderSettings(core_cells=core, rings=rings, layers=layers))
     domain = settings.domain.build()
     objective = ReducedObjective(domain, *settings.parameters(), adjoint_tolerance=1e-8, threads=threads)
-    at = objective.evaluate(initial_design(domain.points, domain.radius, settings.objective.interface_width))
+    at = objective.evaluate(domain.initial_design(domain.points, settings.objective.interface_width))
     gradient = objective.gradient(at)
     direction = np.cos(domain.points @ [0.25, -0.4, 0.3])
 

@@ -28,14 +28,14 @@ from scipy.sparse.linalg import spsolve
 
 from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.linear import SolverName, make_solver
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.state import State
 from actuator.threads import use_threads
 from benchmarks.given_pressure import GivenPressure, Solution
 from benchmarks.tables import Row, markdown, start_log, write_csv, write_markdown
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 if TYPE_CHECKING:
     from benchmarks.felupe_problem import FelupeProblem
@@ -101,10 +101,10 @@ def measure(mesh: tuple[int, int, int], repeats: int) -> tuple[dict[str, float],
     from benchmarks.felupe_problem import FelupeProblem
 
     core, rings, layers = mesh
-    settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
+    settings = ProblemSettings(domain=HalfCylinderSettings(core_cells=core, rings=rings, layers=layers))
     domain, (material, load, limits) = settings.domain.build(), settings.parameters()
     case = Equilibrium(domain, material, load, limits, tolerance=1e-11, threads=1)
-    chi = initial_design(domain.points, domain.radius, limits.interface_width)
+    chi = domain.initial_design(domain.points, limits.interface_width)
     state = case.solve(chi)
     logger.info(f"{domain.mesh.nelements} cells: state found")
     poro = GivenPressure(case, state)

@@ -20,7 +20,6 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.optimiser.loop import Optimiser
 from actuator.solve.reduced import ReducedObjective
@@ -95,7 +94,7 @@ def case(reading: Reading, settings: Settings) -> tuple[ReducedObjective, Floats
     )
     domain = objective.domain
     points, more = reading.start(domain.points)
-    return objective, initial_design(points, domain.radius, settings.objective.interface_width) + more
+    return objective, domain.initial_design(points, settings.objective.interface_width) + more
 
 
 def found(reading: Reading, settings: Settings, budget: float, most: int = 1000) -> Row:

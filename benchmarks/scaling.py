@@ -17,11 +17,11 @@ from time import perf_counter
 
 import numpy as np
 
-from actuator.domains.initial_design import initial_design
 from actuator.solve.reduced import ReducedObjective
 from actuator.threads import use_threads
 from benchmarks.tables import RESULTS, Row, markdown, start_log, write_markdown
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 logger = start_log("benchmarks.scaling")
 
@@ -32,11 +32,11 @@ MESHES = ((6, 2, 9), (8, 3, 13), (12, 5, 18), (18, 7, 26))
 def measure(core: int, rings: int, layers: int, threads: int) -> dict[str, float]:
     """One evaluation on one mesh, in this process."""
     use_threads(threads)
-    settings = ProblemSettings(domain=DomainSettings(core_cells=core, rings=rings, layers=layers))
+    settings = ProblemSettings(domain=HalfCylinderSettings(core_cells=core, rings=rings, layers=layers))
     domain = settings.domain.build()
     began = perf_counter()
     objective = ReducedObjective(domain, *settings.parameters(), threads=threads)
-    chi = initial_design(domain.points, domain.radius, settings.objective.interface_width)
+    chi = domain.initial_design(domain.points, settings.objective.interface_width)
     setup = perf_counter() - began
     seconds = 0.0
     for _ in range(2):

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
 from actuator.solve.reduced import ReducedObjective
-from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ObjectiveSettings, ProblemSettings
 
 #: m, k, layers.
 Mesh = tuple[int, int, int]
@@ -29,14 +29,14 @@ def problem(mesh: Mesh) -> ProblemSettings:
     """Table 1 of the paper on a mesh."""
     core, rings, layers = mesh
     return ProblemSettings(
-        domain=DomainSettings(core_cells=core, rings=rings, layers=layers),
+        domain=HalfCylinderSettings(core_cells=core, rings=rings, layers=layers),
         objective=ObjectiveSettings(strain_energy_shift="4/L_i"),
     )
 
 
 def reduced_objective(
     settings: ProblemSettings,
-    domain: HalfCylinder | None = None,
+    domain: Domain | None = None,
     *,
     solver: SolverName = "auto",
     state_tolerance: float = 1e-8,
@@ -68,11 +68,11 @@ def _fitting(parameters: Material | Load | Objective, changes: dict[str, float])
     return {name: value for name, value in changes.items() if name in names}
 
 
-def first_design(domain: HalfCylinder) -> Floats:
+def first_design(domain: Domain) -> Floats:
     """The initial design of Appendix C, (n_vertices,)."""
-    return initial_design(domain.points, domain.radius, ObjectiveSettings().interface_width)
+    return domain.initial_design(domain.points, ObjectiveSettings().interface_width)
 
 
-def direction(domain: HalfCylinder) -> Floats:
+def direction(domain: Domain) -> Floats:
     """A smooth change of the design of size one, (n_vertices,)."""
     return np.cos(domain.points @ [0.25, -0.4, 0.3])

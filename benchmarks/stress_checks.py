@@ -12,17 +12,19 @@ from scipy.sparse.linalg import splu
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
 from actuator.failure import SolveFailure
-from actuator.material.ersatz import Coefficients, drainage, permeability, sigmoid, stiffness
+from actuator.material.constants import Constants, constants_of
+from actuator.material.ersatz import drainage, permeability, sigmoid, stiffness
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.path import Control, Point, begin, follow
 from actuator.solve.pressurisation import Pressurisation
 from actuator.solve.reduced import ReducedObjective
 from benchmarks.stress_trial import Found, Trial, settings
-from stages.settings import DomainSettings
+from stages.domains import HalfCylinderSettings
 
 # ------------------------------------------------------------------------------------- a spring that does not give
 
@@ -72,7 +74,7 @@ def bar_rotation(poisson_ratio: float, refinement: int = 1) -> float:
     """Rotation of a solid bar's end under a small moment on the arm, over Euler and Bernoulli's M L / (E I)."""
     domain = BAR.refined(refinement)
     case = settings(material__poisson_ratio=poisson_ratio, material__hessian_regularisation=0.0, load__spring_ratio=0.0)
-    case = case.model_copy(update={"domain": DomainSettings(radius=15.0, length=150.0)})
+    case = case.model_copy(update={"domain": HalfCylinderSettings(radius=15.0, length=150.0)})
     equilibrium = Equilibrium(domain, *case.parameters(), threads=1)
     chi, rest = np.full(domain.mesh.nvertices, 40.0), np.zeros(equilibrium.kinematics.size)
     _, _, nodal, _ = equilibrium.residual(chi, rest, 0.0 * chi)
@@ -82,7 +84,7 @@ def bar_rotation(poisson_ratio: float, refinement: int = 1) -> float:
     moment[-1] = 1.0
     rotation = splu(sp.csc_array(_whole(tangent.xx))).solve(moment)[-1]
     discretisation = equilibrium.discretisation
-    height = discretisation.section_points[..., 2]
+    height = discretisation.quadrature_points[..., 2]
     # One layer's integral of X3² over its thickness: the section of the mesh, not of the circle.
     inertia = float((discretisation.geometry.volume * height**2).sum()) * domain.layers / domain.length
     return float(rotation * case.material.youngs_modulus * inertia / domain.length)
@@ -119,14 +121,14 @@ def smallest_angle(domain: HalfCylinder) -> float:
     return float(np.degrees(np.arccos(np.abs(cosine))).min())
 
 
-def patch_error(domain: HalfCylinder) -> float:
+def patch_error(domain: Domain) -> float:
     """Largest force inside a mesh under a homogeneous deformation, over the largest on its surface."""
     discretisation = Discretisation(domain)
     geometry = discretisation.geometry
     if not geometry.volume.min() > 0.0:
         raise ValueError("a cell of the mesh is turned inside out")
     gradient = np.array([[0.20, 0.10, -0.05], [-0.15, -0.05, 0.20], [0.08, -0.12, -0.02]])
-    c = Coefficients.of(*settings().parameters())._replace(hessian_penalty=0.0)
+    c = constants_of(*settings().parameters())._replace(hessian_penalty=0.0)
     ones = np.ones(domain.mesh.nvertices)
     Ru, Rp = np.empty((len(geometry.cells), 20, 3)), np.empty((len(geometry.cells), 8))
     residual(
@@ -147,7 +149,7 @@ def law_error(chi: float) -> float:
 
     What lies below the smallest number of double precision counts as zero.
     """
-    c = Coefficients.of(*settings().parameters())
+    c = constants_of(*settings().parameters())
     exact = _exact_laws(chi, c)
     found = (sigmoid(chi), *stiffness(chi, c), *permeability(chi, c), *drainage(chi, c))
     if not np.isfinite(found).all():
@@ -161,7 +163,7 @@ def law_error(chi: float) -> float:
     return float(max(errors, default=Fraction(0)))
 
 
-def _exact_laws(chi: float, c: Coefficients) -> tuple[Fraction, ...]:
+def _exact_laws(chi: float, c: Constants) -> tuple[Fraction, ...]:
     rho, low = _density(Fraction(chi)), _density(Fraction(chi) + 8)
     penalty, contrast = Fraction(c.ramp_penalty), Fraction(c.stiffness_contrast)
     span, divisor = Fraction(c.solid_permeability) - Fraction(c.void_permeability), 1 + penalty * (1 - rho)
@@ -209,7 +211,8 @@ def material_is_finite(objective: ReducedObjective, chi: Floats) -> bool:
 
 def skewed_trial() -> Trial:
     """The default on a distorted mesh of its own cells."""
-    mesh = settings().domain
+    mesh = settings().domain.build()
+    assert isinstance(mesh, HalfCylinder)
     domain = Skewed(mesh.radius, mesh.length, mesh.core_cells, mesh.rings, mesh.layers)
     return Trial("skewed cells", f"least angle {smallest_angle(domain):.0f}°", domain=domain)
 

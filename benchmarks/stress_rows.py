@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from benchmarks.stress_checks import (
     bar_rotation,
     held_arm,
@@ -18,7 +18,8 @@ from benchmarks.stress_checks import (
     skewed_trial,
 )
 from benchmarks.stress_trial import Found, Trial, again, difference, run, settings
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 #: An error, and what it is measured against.
 Error = tuple[float, str]
@@ -88,28 +89,28 @@ def held(found: Found, _: Found) -> Error:
 # ----------------------------------------------------------------------------------------------- designs
 
 
-def uniform(chi: float) -> Callable[[HalfCylinder], Floats]:
+def uniform(chi: float) -> Callable[[Domain], Floats]:
     return lambda domain: np.full(domain.mesh.nvertices, chi)
 
 
-def tube(factor: float) -> Callable[[HalfCylinder], Floats]:
+def tube(factor: float) -> Callable[[Domain], Floats]:
     """The initial design, ``factor`` times as steep, cut off at ±1000."""
     return lambda domain: np.clip(factor * default().chi(domain), -1000.0, 1000.0)
 
 
-def noise(size: float, seed: int = 0) -> Callable[[HalfCylinder], Floats]:
+def noise(size: float, seed: int = 0) -> Callable[[Domain], Floats]:
     """Independent values at the vertices."""
     return lambda domain: size * np.random.default_rng(seed).standard_normal(domain.mesh.nvertices)
 
 
-def waves(domain: HalfCylinder) -> Floats:
+def waves(domain: Domain) -> Floats:
     """Random waves about as long as the domain."""
     rng = np.random.default_rng(2)
-    phases = domain.points @ (rng.normal(size=(3, 6)) * np.pi / domain.radius) + rng.uniform(0.0, 2.0 * np.pi, 6)
+    phases = domain.points @ (rng.normal(size=(3, 6)) * np.pi / domain.size) + rng.uniform(0.0, 2.0 * np.pi, 6)
     return np.asarray(3.0 * np.sin(phases).sum(axis=1))
 
 
-def signs(domain: HalfCylinder) -> Floats:
+def signs(domain: Domain) -> Floats:
     """±1000, by chance."""
     return np.random.default_rng(0).choice([-1000.0, 1000.0], domain.mesh.nvertices)
 
@@ -134,7 +135,7 @@ def laws_at(chi: float) -> Check:
 
 def updates(count: int = 3) -> Iterator[Entry]:
     """Rows with design updates."""
-    started: tuple[tuple[str, Callable[[HalfCylinder], Floats] | None], ...] = (
+    started: tuple[tuple[str, Callable[[Domain], Floats] | None], ...] = (
         ("tube", None),
         ("all solid", uniform(8.0)),
         ("all void", uniform(-8.0)),
@@ -175,7 +176,7 @@ def fell(found: Found, _: Found) -> Error:
 
 def meshes() -> Iterator[Entry]:
     """Rows of flat, long and skewed cells."""
-    flat = settings().model_copy(update={"domain": DomainSettings(core_cells=1, rings=1, layers=100)})
+    flat = settings().model_copy(update={"domain": HalfCylinderSettings(core_cells=1, rings=1, layers=100)})
     yield Entry(Trial("cells 50 times as wide as thick", "m 1, k 1, 100 layers", flat))
     for aspect in (10, 50):
         case = settings(domain__length=15.0 * aspect)
@@ -201,7 +202,7 @@ def scaled(length: float, stiffness: float) -> ProblemSettings:
     """The default with all lengths and all stiffnesses multiplied: the same actuator in other units."""
     case = settings()
     return settings(
-        domain__radius=case.domain.radius * length,
+        domain__radius=case.domain.size * length,
         domain__length=case.domain.length * length,
         objective__interface_width=case.objective.interface_width * length,
         objective__diffusivity_length=case.objective.diffusivity_length * length,

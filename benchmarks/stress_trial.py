@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.failure import Failure
 from actuator.optimiser.loop import Optimiser
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solver_name import SolverName
 from actuator.threads import use_threads
-from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import ObjectiveSettings, ProblemSettings
 from stages.similarity import similar
 
 #: 320 cells of about 3 mm: m, k, layers.
@@ -38,7 +38,7 @@ STEP = 1e-3
 def settings(**changes: float) -> ProblemSettings:
     """The paper's case on the small mesh with changes, named ``section__key``."""
     printed = ObjectiveSettings(strain_energy_shift="4/L_i")
-    data: dict[str, Any] = ProblemSettings(domain=DomainSettings(**MESH), objective=printed).model_dump()
+    data: dict[str, Any] = ProblemSettings(domain=HalfCylinderSettings(**MESH), objective=printed).model_dump()
     for name, value in changes.items():
         section, key = name.split("__")
         data[section][key] = value
@@ -62,8 +62,8 @@ class Trial:
     what: str
     value: str
     case: ProblemSettings = field(default_factory=settings)
-    design: Callable[[HalfCylinder], Floats] | None = None
-    domain: HalfCylinder | None = None
+    design: Callable[[Domain], Floats] | None = None
+    domain: Domain | None = None
     updates: int = 0
     solver: SolverName = "auto"
     threads: int = 1
@@ -87,12 +87,12 @@ class Trial:
             threads=self.threads,
         )
 
-    def chi(self, domain: HalfCylinder) -> Floats:
+    def chi(self, domain: Domain) -> Floats:
         """The design to begin with, (n_vertices,)."""
         if self.design is not None:
             return self.design(domain)
         limits = self.core.objective
-        return initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
+        return domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
 
 
 @dataclass
@@ -213,7 +213,7 @@ def gradient_error(found: Found) -> float:
     Of the physics alone: the terms of the design are exact elsewhere, and so large that they would hide it.
     """
     objective, at = found.objective, found.at
-    points = objective.domain.points * (15.0 / objective.domain.radius)
+    points = objective.domain.points * (15.0 / objective.domain.size)
     wave = np.cos(points @ [0.25, -0.4, 0.3])
     state, (lx, lp) = at.state, found.slope.adjoint
     physical, _, _ = objective.derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from actuator.arrays import Floats, Ints
+from actuator.domains import o_grid
 from actuator.domains.half_cylinder import HalfCylinder
 
 
@@ -32,7 +33,7 @@ class WholeCylinder(HalfCylinder):
 
     @cached_property
     def _half(self) -> tuple[Floats, Ints]:
-        return HalfCylinder(self.radius, self.length, self.core_cells, self.rings, self.layers)._section
+        return o_grid.half_disk(self.radius, self.core_cells, self.rings)
 
     @cached_property
     def _section(self) -> tuple[Floats, Ints]:
@@ -41,18 +42,10 @@ class WholeCylinder(HalfCylinder):
         # The image of a cell, its first axis turned around, is as right-handed as the cell.
         return np.concatenate([points, mirrored]), np.concatenate([cells, self.image[cells[:, ::-1]]])
 
-    @cached_property
-    def symmetry_nodes(self) -> Ints:
-        """No node is held by symmetry."""
-        return np.empty(0, dtype=np.int64)
-
-    @cached_property
-    def wall_vertices(self) -> Ints:
-        """Vertices on the cylinder wall: the outermost ring of the half, and its image."""
-        points, _ = self._half
-        ring = np.arange(len(points) - (4 * self.core_cells + 1), len(points))
-        both = np.unique(np.concatenate([ring, self.image[ring]]))
-        return (both + self.section_points * np.arange(self.layers + 1)[:, None]).ravel()
+    @property
+    def mirrored(self) -> bool:
+        """No: both halves are meshed."""
+        return False
 
     def extended(self, chi: Floats) -> Floats:
         """A field of the half's vertices on the whole, (n_vertices,), symmetric."""

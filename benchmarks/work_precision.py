@@ -29,7 +29,7 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.compilation import compile_kernels
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.failure import SolveFailure
 from actuator.optimiser.loop import Optimiser
@@ -40,7 +40,8 @@ from benchmarks.tables import RESULTS, Row, read_csv, start_log, write_csv
 from benchmarks.work_precision_report import NAME, REFERENCE, write_report
 from pipeline.case.model import find_case, read_case
 from pipeline.store.contents import design
-from stages.settings import DomainSettings, MaterialSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import MaterialSettings, ProblemSettings
 
 logger = start_log("benchmarks.work_precision")
 
@@ -108,7 +109,7 @@ class FixedDesign:
         arm: T = [T1, T3, θ2], (3,).
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -116,10 +117,11 @@ class FixedDesign:
 
     def on(self, objective: ReducedObjective) -> tuple[Floats, tuple[Floats, Floats]]:
         """χ on another mesh, and the state (x, p) carried there, from which Newton's method finds the one there."""
-        domain = objective.domain
+        domain, source = objective.domain, self.domain
+        assert isinstance(source, HalfCylinder)
 
         def field(values: Floats, points: Floats) -> Floats:
-            return carried(values, self.domain, points)
+            return carried(values, source, points)
 
         u = np.stack([field(component, domain.nodes) for component in self.displacement.T], axis=-1)
         x = objective.equilibrium.kinematics.reduced(u, self.arm)
@@ -135,7 +137,7 @@ def main_objective_alone(mesh: tuple[int, int, int], variant: Variant) -> Reduce
     core, rings, layers = mesh
     default = MaterialSettings().hessian_regularisation
     settings = ProblemSettings(
-        domain=DomainSettings(core_cells=core, rings=rings, layers=layers),
+        domain=HalfCylinderSettings(core_cells=core, rings=rings, layers=layers),
         material=MaterialSettings(hessian_regularisation=variant.regularisation * default),
     )
     material, load, limits = settings.parameters()
@@ -154,7 +156,7 @@ class Evaluator:
         self.directions = directions(domain)
         self.start: tuple[Floats, Floats] | None = None
         if fixed is None:
-            self.chi = initial_design(domain.points, domain.radius, limits.interface_width)
+            self.chi = domain.initial_design(domain.points, limits.interface_width)
         else:
             self.chi, self.start = fixed.on(self.objective)
 
@@ -238,7 +240,7 @@ def own_design() -> FixedDesign:
     domain = settings.domain.build()
     objective = ReducedObjective(domain, *settings.parameters(), threads=1)
     optimiser = Optimiser(objective)
-    progress = optimiser.begin(initial_design(domain.points, domain.radius, settings.objective.interface_width))
+    progress = optimiser.begin(domain.initial_design(domain.points, settings.objective.interface_width))
     at = optimiser.run(progress, UPDATES).progress.evaluation
     return FixedDesign(domain, at.chi, at.state.displacement[: len(at.chi)], at.state.p, at.state.arm)
 

@@ -6,7 +6,7 @@ A stage packs its result with these beside its ``run``; the pipeline only writes
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from actuator.arrays import Floats, Ints
+from stages.domains import DOMAINS
 
 if TYPE_CHECKING:  # scikit-fem: only where a mesh is
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
 
 #: VTK's cell types (vtkCellType.h).
 TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
 CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
 
-# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as HalfCylinder is: its default
-# reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
+# scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as those of all domains are: its
+# default reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.
 _SWAPPED_FACES = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]
 
 
@@ -104,6 +105,9 @@ class Source(Protocol):
     def read_group(self, group: str) -> dict[str, Any]:
         """All datasets of a group by name; floating-point ones are finite."""
 
+    def fault(self, sentence: str) -> Exception:
+        """What is wrong with the artifact, and the remedy; without its name and full stop."""
+
 
 @cache
 def vtk_order() -> NDArray[np.int64]:
@@ -113,12 +117,12 @@ def vtk_order() -> NDArray[np.int64]:
     return np.array(HEX_MAPPING[:20], dtype=np.int64)[_SWAPPED_FACES]
 
 
-def on_nodes(domain: HalfCylinder, vertex_field: Floats) -> Floats:
+def on_nodes(domain: Domain, vertex_field: Floats) -> Floats:
     """A field of the vertices on the nodes of the 20-node cells: on an edge, the mean of its ends."""
     return np.concatenate([vertex_field, vertex_field[domain.mesh.edges].mean(axis=0)])
 
 
-def nodes(domain: HalfCylinder, group: str) -> dict[str, Dataset]:
+def nodes(domain: Domain, group: str) -> dict[str, Dataset]:
     """Points and connectivity of the 20-node cells, in a group of the artifact."""
     return {
         f"{group}/points": Dataset(domain.nodes, "mm", "undeformed nodes of the 20-node cells, the vertices first"),
@@ -128,29 +132,33 @@ def nodes(domain: HalfCylinder, group: str) -> dict[str, Dataset]:
     }
 
 
-def corners(domain: HalfCylinder) -> Dataset:
+def corners(domain: Domain) -> Dataset:
     """Connectivity of the cells without the nodes on their edges."""
     cells = domain.cells[:, vtk_order()[:8]].astype(np.int64)
     return Dataset(cells.ravel(), "1", "vertices of the cells, 8 each, in VTK's order")
 
 
-def of_domain(domain: HalfCylinder) -> dict[str, Dataset]:
+def of_domain(domain: Domain) -> dict[str, Dataset]:
     """What a domain is made from; :func:`design` makes it again."""
-    units = {"radius": "mm", "length": "mm"}
     return {
-        f"domain/{each.name}": Dataset(
-            getattr(domain, each.name), units.get(each.name, "1"), f"{each.name} of the half cylinder"
-        )
-        for each in fields(domain)
+        "domain/shape": Dataset(domain.shape, "", "which design domain"),
+        **{f"domain/{name}": Dataset(*parameter) for name, parameter in domain.parameters.items()},
     }
 
 
-def design(source: Source) -> tuple[HalfCylinder, Floats]:
-    """Domain and χ at its vertices, (n_vertices,), from an artifact that holds a design."""
-    from actuator.domains.half_cylinder import HalfCylinder  # scikit-fem: only where a stage works on the design
+def design(source: Source) -> tuple[Domain, Floats]:
+    """Domain and χ at its vertices, (n_vertices,), from an artifact that holds a design.
 
+    Raises:
+        Exception: the source's, if the domain is not registered.
+    """
     (chi,) = source.read("vertices/chi")
-    return HalfCylinder(**{name: value.item() for name, value in source.read_group("domain").items()}), chi
+    stored = source.read_group("domain")
+    shape = stored.pop("shape", "without a name")
+    if shape not in DOMAINS:
+        known = ", ".join(DOMAINS)
+        raise source.fault(f"its design domain, {shape}, is none of {known}; register it, or make the file again")
+    return DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()}), chi
 
 
 def surface(source: Source) -> tuple[Floats, Ints]:

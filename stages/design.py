@@ -24,7 +24,7 @@ from stages.datasets import (
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
 
 #: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
 HISTORY = {
@@ -51,7 +51,7 @@ class Result:
     """An optimised design and its pressurised state.
 
     Attributes:
-        domain: the meshed half cylinder.
+        domain: the meshed design domain.
         chi: design field χ at the vertices, (n_vertices,), dimensionless.
         displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
@@ -64,7 +64,7 @@ class Result:
         reason: one sentence saying why the optimisation ended.
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -120,7 +120,7 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
     return Packed(result.summary, datasets | _updates(domain, kept), replace(grid, series=series))
 
 
-def _updates(domain: HalfCylinder, kept: Kept) -> dict[str, Dataset]:
+def _updates(domain: Domain, kept: Kept) -> dict[str, Dataset]:
     """Fields of the vertices, one update after the other, as VTK reads them."""
     from scipy.special import expit  # as in pack
 

@@ -2,38 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any, Literal
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from actuator.failure import Failure
-from actuator.material.laws.coefficients import MOST_TERMS, Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
-from stages.laws import LEAST_EXPONENT
+from stages.laws import LAWS, MOST_TERMS, Terms
 from stages.section import Section
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
+    from actuator.parameters import Law
 
-LawName = Literal["neo-hooke", "mooney-rivlin", "yeoh", "ogden"]
-NAMES: tuple[LawName, ...] = ("neo-hooke", "mooney-rivlin", "yeoh", "ogden")
-
-#: Bounds of an Ogden law's exponents, and those that its search starts from, taken in all combinations.
-EXPONENTS = (-10.0, 10.0)
-STARTS = (-5.0, -2.0, 1.3, 2.0, 4.0, 8.0)
+#: Stands for every law that is registered.
+ALL = "all"
 #: Points along each standard test at which stability is asked for.
 CHECKED = 400
+#: Share of the width of a search within which a number is said to be at its bound.
+AT_BOUND = 5e-4
 
 
 class Settings(Section):
     """What to fit."""
 
-    law: Literal[LawName, "all"] = Field("all", description="law to fit, or all")
+    law: str = Field(ALL, description="law to fit, or all")
     terms: int = Field(2, ge=1, le=MOST_TERMS, description="most terms of the Ogden law [-]")
     strain_limit: float = Field(0.14, gt=0, le=100, description="strain up to which a law must be stable at least [-]")
+
+    @field_validator("law")
+    @classmethod
+    def _registered(cls, value: str) -> str:
+        known = [ALL, *LAWS]
+        if value not in known:
+            raise ValueError(f"'{value}' is not one of {', '.join(map(repr, known))}")
+        return value
 
 
 class NoFit(Failure):
@@ -54,10 +59,10 @@ class Fit:
         largest_error, largest_at: largest |residual|, N/mm², and its stretch.
         aicc: n ln(Σ residual²/n) + 2 k + 2 k (k + 1)/(n - k - 1) with k = parameters + 1 (Hurvich & Tsai 1989,
             doi:10.1093/biomet/76.2.297), to compare laws: the smallest is best. None with too few points.
-        warnings: sentences on where the law is not stable.
+        warnings: sentences on what is doubtful, such as where the law is not stable.
     """
 
-    name: LawName
+    name: str
     law: Law
     shear: float
     parameters: int
@@ -75,29 +80,24 @@ class Fit:
 
     def stress(self, stretch: Floats) -> Floats:
         """Engineering stress of the law at stretches (n,), N/mm²."""
-        from actuator.material.laws.homogeneous import uniaxial_stress  # compiled code: only where it is used
+        from actuator.material.homogeneous import uniaxial_stress  # compiled code: only where it is used
 
         return self.shear * uniaxial_stress(self.law, stretch)
 
     @property
     def ratios(self) -> dict[str, Any]:
         """The keys of the case file's section ``material.law``, but for its name; dimensionless."""
-        if isinstance(self.law, Ogden):
-            return {"mu": [mu for mu, _ in self.law.terms], "alpha": [alpha for _, alpha in self.law.terms]}
-        return self.law._asdict()
+        return LAWS[self.name].ratios(self.law)
+
+    @property
+    def literature(self) -> dict[str, tuple[float, str]]:
+        """The constants as the literature writes them, each with its unit."""
+        return LAWS[self.name].literature(self.law, self.shear)
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """The constants as the literature writes them, N/mm²; α_k dimensionless."""
-        G, law = self.shear, self.law
-        if isinstance(law, MooneyRivlin):
-            return {"C10": G * (0.5 - law.c01), "C01": G * law.c01}
-        if isinstance(law, Yeoh):
-            return {"C1": 0.5 * G, "C2": G * law.c2, "C3": G * law.c3}
-        if isinstance(law, Ogden):
-            pairs = enumerate(law.terms, 1)
-            return {name: value for k, (mu, a) in pairs for name, value in ((f"mu{k}", G * mu), (f"alpha{k}", a))}
-        return {"G": G}
+        """The same without the units."""
+        return {name: value for name, (value, _) in self.literature.items()}
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Result:
 
     Attributes:
         stretch, stress: the data, (n,) each, stress in N/mm².
-        fits: in the order of :data:`NAMES`.
+        fits: in the order of :data:`stages.laws.LAWS`.
         left_out: laws that could not be fitted, and why.
     """
 
@@ -128,8 +128,8 @@ class Result:
 def run(stretch: Floats, stress: Floats, settings: Settings) -> Result:
     """Fit one law or all to a uniaxial test.
 
-    The sum of squared differences of engineering stress is least, with G > 0 and, for Ogden's law, all μ_k >= 0, which
-    makes every term stable.
+    The sum of squared differences of engineering stress is least, with G > 0 and, for a law that is a sum of terms, no
+    negative modulus. A law that does not say how it is fitted is left out.
 
     Args:
         stretch: λ, (n,), positive.
@@ -140,7 +140,7 @@ def run(stretch: Floats, stress: Floats, settings: Settings) -> Result:
     """
     fits: list[Fit] = []
     left_out: dict[str, str] = {}
-    names = NAMES if settings.law == "all" else (settings.law,)
+    names = tuple(LAWS) if settings.law == ALL else (settings.law,)
     for name in names:
         try:
             fits.append(_fit(name, stretch, stress, settings))
@@ -151,93 +151,100 @@ def run(stretch: Floats, stress: Floats, settings: Settings) -> Result:
     return Result(stretch, stress, fits, left_out)
 
 
-def _fit(name: LawName, stretch: Floats, stress: Floats, settings: Settings) -> Fit:
+def _fit(name: str, stretch: Floats, stress: Floats, settings: Settings) -> Fit:
+    how = LAWS[name].fitted_by()
+    if how is None:
+        raise NoFit(f"{name} does not say how it is fitted: write its coefficients into the case file yourself.")
+    kind = LAWS[name].coefficients()
+    terms = min(settings.terms, how.most) if isinstance(how, Terms) else 1
+    wanted = terms * (1 + len(how.lower)) if isinstance(how, Terms) else 1 + len(kind._fields)
     strained = len(np.unique(stretch[stretch != 1.0]))
-    wanted = {"neo-hooke": 1, "mooney-rivlin": 2, "yeoh": 3, "ogden": 2 * settings.terms}[name]
     if strained < wanted:
         raise NoFit(
             f"{name} has {wanted} numbers to fit, but there are only {strained} different stretches other than 1: "
             "measure more points or choose a law with fewer numbers."
         )
-    if name == "ogden":
-        shear, law, parameters = _ogden(stretch, stress, settings.terms)
-    else:
-        kinds: dict[str, type[NeoHooke | MooneyRivlin | Yeoh]] = {"mooney-rivlin": MooneyRivlin, "yeoh": Yeoh}
-        shear, law = _linear(kinds.get(name, NeoHooke), stretch, stress)
-        parameters = wanted
-    return _judged(name, law, shear, parameters, stretch, stress, settings)
+    if isinstance(how, Terms):
+        return _judged(name, *_searched(how, terms, stretch, stress), stretch, stress, settings)
+    shear, law = _linear(kind, stretch, stress)
+    return _judged(name, shear, law, wanted, [], stretch, stress, settings)
 
 
-def _linear(kind: type[NeoHooke | MooneyRivlin | Yeoh], stretch: Floats, stress: Floats) -> tuple[float, Law]:
+def _linear(kind: type[Any], stretch: Floats, stress: Floats) -> tuple[float, Law]:
     """G and a law whose stress is linear in G and in G times its ratios."""
     from scipy.optimize import lsq_linear
 
-    from actuator.material.laws.homogeneous import uniaxial_stress
+    from actuator.material.homogeneous import uniaxial_stress
 
-    build: Callable[..., Law] = kind
     units = np.eye(len(kind._fields))
-    base = uniaxial_stress(build(*np.zeros(len(units))), stretch)
-    columns = np.column_stack([base, *(uniaxial_stress(build(*unit), stretch) - base for unit in units)])
+    base = uniaxial_stress(kind(*np.zeros(len(units))), stretch)
+    columns = np.column_stack([base, *(uniaxial_stress(kind(*unit), stretch) - base for unit in units)])
     size = np.linalg.norm(columns, axis=0)
     lower = np.full(len(size), -np.inf)
     lower[0] = 0.0
     found = lsq_linear(columns / size, stress, (lower, np.inf), tol=1e-14).x / size
-    _require_positive(found[0], base, stress)
-    return float(found[0]), build(*(found[1:] / found[0]).tolist())
+    _require_positive(found[0], stretch, stress)
+    return float(found[0]), kind(*(found[1:] / found[0]).tolist())
 
 
-def _require_positive(shear: float, base: Floats, stress: Floats) -> None:
+def _require_positive(shear: float, stretch: Floats, stress: Floats) -> None:
     # The bound is met from inside, so that "at the bound" is a small number beside neo-Hooke's modulus.
-    if not shear > 1e-6 * np.linalg.norm(stress) / np.linalg.norm(base):
+    if not shear > 1e-6 * np.linalg.norm(stress) / np.linalg.norm(stretch - stretch**-2.0):
         raise NoFit(
             "No law of this kind with a positive initial shear modulus fits these data: leave out the largest "
             "stretches, add points at small strain, or check the signs."
         )
 
 
-def _ogden(stretch: Floats, stress: Floats, terms: int) -> tuple[float, Law, int]:
-    """G and the Ogden law: μ_k >= 0 by linear least squares within a search for α_k from several starts."""
+def _searched(how: Terms, terms: int, stretch: Floats, stress: Floats) -> tuple[float, Law, int, list[str]]:
+    """G, the law, how many numbers it has, and what is doubtful about the search for them."""
     from scipy.optimize import least_squares, nnls
 
-    from actuator.material.laws.homogeneous import uniaxial_stress
+    from actuator.material.homogeneous import uniaxial_stress
 
-    def columns(alpha: Floats) -> Floats:
-        away = np.copysign(np.maximum(np.abs(alpha), LEAST_EXPONENT), alpha)
-        return np.column_stack([uniaxial_stress(Ogden.of([1.0], [float(a)]), stretch) for a in away])
-
-    def moduli(alpha: Floats) -> tuple[Floats, Floats]:
-        shapes = columns(alpha)
+    def moduli(x: Floats) -> tuple[Floats, Floats]:
+        shapes = np.column_stack([uniaxial_stress(how.one(each), stretch) for each in x.reshape(terms, -1)])
         size = np.linalg.norm(shapes, axis=0)
         mu = nnls(shapes / size, stress)[0] / size
         return mu, shapes @ mu - stress
 
-    def residual(alpha: Floats) -> Floats:
-        return moduli(alpha)[1]
+    def residual(x: Floats) -> Floats:
+        return moduli(x)[1]
 
+    lower, upper = np.array(how.lower), np.array(how.upper)
+    bounds = np.tile(lower, terms), np.tile(upper, terms)
     best: Any = None
-    for start in combinations_with_replacement(STARTS, terms):
-        if len(set(start)) == terms:
-            found = least_squares(residual, start, bounds=EXPONENTS, xtol=1e-12, ftol=1e-12)
-            best = found if best is None or found.cost < best.cost else best
+    for start in combinations(how.starts, terms):
+        found = least_squares(residual, np.ravel(start), bounds=bounds, xtol=1e-12, ftol=1e-12)
+        best = found if best is None or found.cost < best.cost else best
     mu, _ = moduli(best.x)
     shear = float(mu.sum())
-    _require_positive(shear, columns(np.array([2.0]))[:, 0], stress)
-    alpha = np.copysign(np.maximum(np.abs(best.x), LEAST_EXPONENT), best.x)
+    _require_positive(shear, stretch, stress)
     kept = [k for k in np.argsort(-mu) if mu[k] > 0.0]
-    law = Ogden.of((mu[kept] / shear).tolist(), alpha[kept].tolist())
-    return shear, law, 2 * len(kept)
+    numbers = best.x.reshape(terms, -1)[kept]
+    near = AT_BOUND * (upper - lower)
+    doubts = [how.at_bound] if ((numbers < lower + near) | (numbers > upper - near)).any() else []
+    return shear, how.all(mu[kept] / shear, numbers), len(kept) * (1 + len(lower)), doubts
 
 
 def _judged(
-    name: LawName, law: Law, shear: float, parameters: int, stretch: Floats, stress: Floats, settings: Settings
+    name: str,
+    shear: float,
+    law: Law,
+    parameters: int,
+    doubts: list[str],
+    stretch: Floats,
+    stress: Floats,
+    settings: Settings,
 ) -> Fit:
-    from actuator.material.laws.homogeneous import uniaxial_stress
+    from actuator.material.homogeneous import uniaxial_stress
 
     residual = shear * uniaxial_stress(law, stretch) - stress
     n, k = len(stress), parameters + 1
     # Residuals below rounding say nothing: without a floor a perfect fit would have no AICc.
     squares = max(float(residual @ residual), n * (np.finfo(float).eps * float(np.abs(stress).max())) ** 2)
     worst = int(np.abs(residual).argmax())
+    farthest = max(float(stretch.max()), 1.0 / float(stretch.min()), 1.0 + settings.strain_limit)
     spread = float(np.sum((stress - stress.mean()) ** 2))
     return Fit(
         name=name,
@@ -249,17 +256,15 @@ def _judged(
         largest_error=float(np.abs(residual[worst])),
         largest_at=float(stretch[worst]),
         aicc=n * np.log(squares / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n - k - 1 > 0 else None,
-        warnings=_warnings(law, max(float(stretch.max()), 1.0 / float(stretch.min()), 1.0 + settings.strain_limit)),
+        warnings=doubts + _unstable(law, farthest),
     )
 
 
-def _warnings(law: Law, farthest: float) -> list[str]:
-    """Exponents at their bound, and where stability is lost on the standard tests up to a stretch of ``farthest``."""
-    from actuator.material.laws.homogeneous import TESTS, stability, stretches_of, uniaxial_stress
+def _unstable(law: Law, farthest: float) -> list[str]:
+    """Where stability is lost on the standard tests up to a stretch of ``farthest``."""
+    from actuator.material.homogeneous import TESTS, stability, stretches_of, uniaxial_stress
 
     warnings = []
-    if isinstance(law, Ogden) and max(abs(alpha) for _, alpha in law.terms) > 0.999 * EXPONENTS[1]:
-        warnings.append(f"An exponent is at the bound of its search, ±{EXPONENTS[1]:g}: fewer terms may do.")
     driven = np.geomspace(1.0, farthest, CHECKED)
     falling = np.flatnonzero(np.diff(uniaxial_stress(law, driven)) <= 0.0)
     if len(falling):

@@ -1,4 +1,4 @@
-"""Stage ``mirror``: the closed surface of the whole solid, extracted on the half and reflected across X2 = 0."""
+"""Stage ``mirror``: the closed surface of the whole solid; where a half is modelled, reflected across X2 = 0."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stages.settings import Section
 from stages.task import Task
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.geometry.hausdorff import Distance
 
 __all__ = ["VERSION", "Result", "Settings", "needs", "pack", "run", "start"]
@@ -34,14 +34,14 @@ class Settings(Section):
 
 @dataclass(frozen=True)
 class Result:
-    """The closed boundary of the solid in the whole cylinder.
+    """The closed boundary of the solid in the whole domain.
 
     Attributes:
-        vertices: (n_vertices, 3), mm; symmetric about X2 = 0 to the last bit.
+        vertices: (n_vertices, 3), mm; of a mirrored domain symmetric about X2 = 0 to the last bit.
         triangles: vertex numbers, (n_triangles, 3), counter-clockwise seen from outside.
-        half_triangles: how many of the triangles, the first ones, belong to the half X2 >= 0.
-        plane_vertices: how many vertices lie on the symmetry plane and belong to both halves.
-        distance: between the surface inside the cylinder and the zero set of the trilinear field, sampled, mm.
+        half_triangles: how many of the triangles, the first ones, belong to the part that is modelled.
+        plane_vertices: how many vertices lie on the symmetry plane and belong to both halves; 0 without one.
+        distance: between the surface inside the domain and the zero set of the trilinear field, sampled, mm.
     """
 
     vertices: Floats
@@ -51,11 +51,11 @@ class Result:
     distance: Distance
 
 
-def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
-    """Extract the boundary of {χ > threshold}, closed at the ends and at the wall, and mirror it.
+def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
+    """Extract the boundary of {χ > threshold}, closed at the domain's surface, and mirror it if the domain is a half.
 
     Args:
-        domain: half cylinder.
+        domain: the meshed domain.
         chi: χ at its vertices, (n_vertices,), dimensionless.
         settings: the threshold.
         observer: receives messages with the size of the surface and its distance to the field's zero set.
@@ -66,7 +66,7 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
     """
     # scikit-fem and SciPy: only where it runs
     from actuator.geometry.hausdorff import distance_to_zero_set
-    from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
+    from actuator.geometry.outer_triangles import outer_triangles
 
     check_field(chi, domain.mesh.nvertices)
     if not np.any(chi > settings.threshold):
@@ -74,14 +74,16 @@ def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observe
             f"Nothing is solid: χ is at most {chi.max():.3g} and the threshold is {settings.threshold:.3g}; "
             "lower the threshold or use a design with material."
         )
-    tets = tetrahedra(domain)
-    half = solid_boundary(domain.points, tets, outer_triangles(domain, tets), chi, settings.threshold)
-    whole = reflected(half)
-    on_plane = int(np.count_nonzero(half.vertices[:, 1] == 0.0))
-    observer(Message(f"{len(whole.triangles)} triangles, {on_plane} vertices shared on the symmetry plane"))
+    tets = domain.tetrahedra()
+    part = solid_boundary(domain.points, tets.corners, outer_triangles(domain, tets.corners), chi, settings.threshold)
+    whole, on_plane, shared = part, 0, ""
+    if domain.mirrored:
+        whole, on_plane = reflected(part), int(np.count_nonzero(part.vertices[:, 1] == 0.0))
+        shared = f", {on_plane} vertices shared on the symmetry plane"
+    observer(Message(f"{len(whole.triangles)} triangles{shared}"))
     distance = distance_to_zero_set(domain, tets, chi, settings.threshold)
     observer(Message(f"{distance.maximum:.2g} mm off the field's zero set at most, {distance.rms:.2g} mm rms"))
-    return Result(whole.vertices, whole.triangles, len(half.triangles), on_plane, distance)
+    return Result(whole.vertices, whole.triangles, len(part.triangles), on_plane, distance)
 
 
 def start(task: Task) -> Result:

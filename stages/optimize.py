@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from stages.design import Result, lines, pack
+from stages.domains import DomainSettings
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
@@ -16,16 +17,13 @@ from stages.task import Compute, Need, Task
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.optimiser.loop import Outcome, Progress, Record
     from actuator.solve.reduced import Evaluation, ReducedObjective
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
 VERSION = 12
-
-#: What to change where the memory does not hold the mesh.
-COARSER = "lower domain.core_cells, domain.rings or domain.layers"
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -79,7 +77,6 @@ def run(
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
-    from actuator.domains.initial_design import initial_design
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
@@ -114,7 +111,7 @@ def run(
         observer(DesignUpdate(_recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
     if resume is None:
-        start = initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit)
+        start = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
         progress = optimiser.begin(start)
     else:
         progress = optimiser.resume(resume)
@@ -127,7 +124,7 @@ def run(
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
-    """What second-order elements say of the leak; nothing if they cannot: a result is not lost because a check fails."""
+    """The leak by second-order elements; nothing if they cannot: a result is not lost because a check fails."""
     from actuator.failure import SolveFailure  # as in run
     from actuator.solve.leak_check import second_order_leak
 
@@ -178,7 +175,7 @@ def least_memory(cells: int) -> float:
 
 
 def _result(
-    domain: HalfCylinder, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
+    domain: Domain, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
 ) -> Result:
     from actuator.optimiser.loop import COUNTS  # as in run
     from actuator.solve.reduced import spring_elongation, wall_leak
@@ -227,7 +224,13 @@ def _result(
 def needs(case: Any) -> Need:
     """Least memory for a case."""
     cells = case.domain.cells
-    return Need(cells, least_memory(cells), COARSER)
+    return Need(cells, least_memory(cells), coarser(case.domain))
+
+
+def coarser(domain: DomainSettings) -> str:
+    """What to change where the memory does not hold the mesh."""
+    *most, last = (f"domain.{key}" for key in domain.counts)
+    return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
 
 
 def start(task: Task) -> Result:

@@ -15,9 +15,9 @@ from stages.settings import Section
 from stages.task import Need, Task
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
 
-VERSION = 1
+VERSION = 2
 
 
 class Settings(Section):
@@ -32,11 +32,11 @@ class Result:
     """The filtered design on the finer mesh.
 
     Attributes:
-        domain: the finer half cylinder, new vertices of the wall on the exact cylinder.
+        domain: the finer domain, new vertices on its exact boundary.
         chi: χ̄ at its vertices, (n_vertices,), dimensionless.
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
 
 
@@ -46,7 +46,7 @@ def needs(case: Any) -> Need:
     return Need(cells, (0.07 + 5.8e-6 * cells) * 2.0**30, "lower refine.factor")
 
 
-def run(domain: HalfCylinder, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
+def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
     """Refine and filter a design. Factor 1 keeps the domain and radius 0 keeps the field, as the same objects.
 
     Args:

@@ -12,7 +12,7 @@ from actuator.arrays import Floats
 from stages.similarity import Units
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.solve.equilibrium import Equilibrium
     from actuator.solve.path import Point
     from actuator.solve.state import State
@@ -69,7 +69,7 @@ class Response:
     """
 
     name: str
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     units: Units
     records: list[dict[str, float]] = field(default_factory=list)

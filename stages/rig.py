@@ -36,7 +36,8 @@ class Result:
     Attributes:
         scale: R̄ / R.
         youngs_modulus: Ē, N/mm².
-        radius, length, arm_length: R̄, L̄ and L̄_arm, mm.
+        lengths: of the part, by the keys of the section ``domain``, mm; of the half cylinder R̄ and L̄.
+        arm_length: L̄_arm, mm.
         pressure: p̄_in, kPa.
         spring_stiffness: k̄_sp of the whole actuator, N/mm.
         spring_length: free length of the cantilever that has this stiffness, mm; infinite without a spring.
@@ -45,8 +46,7 @@ class Result:
 
     scale: float
     youngs_modulus: float
-    radius: float
-    length: float
+    lengths: dict[str, float]
     arm_length: float
     pressure: float
     spring_stiffness: float
@@ -69,16 +69,15 @@ def run(
     _, load, _ = problem.parameters()
     stiffer = youngs_modulus / problem.material.youngs_modulus
     pressure, travel = scaled(load.pressure, elongation or 0.0, problem, scale, youngs_modulus)
-    # The model is half an actuator.
-    stiffness = 2.0 * load.spring_stiffness * stiffer * scale
+    # The model is half an actuator, or a whole one.
+    stiffness = 2.0 / problem.domain.halves * load.spring_stiffness * stiffer * scale
     inertia = settings.spring_width * settings.spring_thickness**3 / 12.0
     # k = 3 E I / l³
     length = (3.0 * settings.spring_modulus * inertia / stiffness) ** (1.0 / 3.0) if stiffness > 0.0 else float("inf")
     return Result(
         scale=scale,
         youngs_modulus=youngs_modulus,
-        radius=scale * problem.domain.radius,
-        length=scale * problem.domain.length,
+        lengths={key: scale * getattr(problem.domain, key) for key in problem.domain.lengths},
         arm_length=scale * load.arm_length,
         pressure=pressure,
         spring_stiffness=stiffness,

@@ -1,10 +1,14 @@
-"""What every section of a case file is made of."""
+"""What every section of a case file is made of, and sections that come in several kinds."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, field_validator
+from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, field_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, SchemaValidator, core_schema
 
 #: Size of the numbers of a case file, in whatever unit.
 SMALLEST, LARGEST = 1e-20, 1e20
@@ -39,3 +43,49 @@ class Section(BaseModel):
             elif unit and value is not None:
                 changed[name] = value / divisors[unit]
         return self.model_copy(update=changed)
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """Marks the type of a section that comes in several kinds, told apart by one of their keys.
+
+    Paths in errors have the name of the kind after the section's, as with pydantic's own discriminated unions.
+
+    Attributes:
+        known: the kinds by name, a registry for instance; asked whenever a section is read, not when this is made.
+        key: the key that tells them apart; every kind has it, a literal with its name.
+        default: the kind that is meant where the key is left out; None if it must be there.
+    """
+
+    known: Mapping[str, type[Section]]
+    key: str = "name"
+    default: str | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        """Read a section of any kind that is known by then."""
+
+        def read(strict: bool) -> CoreSchema:
+            return core_schema.no_info_plain_validator_function(lambda value: self._read(value, strict))
+
+        return core_schema.lax_or_strict_schema(read(False), read(True))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The kinds that are known by now."""
+        union = handler(self._union())
+        kinds = dict(zip(self.known, union["oneOf"], strict=True))
+        if len(kinds) == 1 and self.default:
+            return dict(kinds[self.default])
+        # Where the key is left out only the default fits.
+        named = [kind if name == self.default else kind | {"required": [self.key]} for name, kind in kinds.items()]
+        return union | {"oneOf": named}
+
+    def _union(self) -> CoreSchema:
+        choices = {name: kind.__pydantic_core_schema__ for name, kind in self.known.items()}
+        return core_schema.tagged_union_schema(choices, discriminator=self.key)
+
+    def _read(self, value: Any, strict: bool) -> Any:
+        if isinstance(value, tuple(self.known.values())):
+            return value
+        if self.default and isinstance(value, Mapping):
+            value = {self.key: self.default, **value}
+        return SchemaValidator(self._union()).validate_python(value, strict=strict)

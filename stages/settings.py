@@ -2,45 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import replace
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
 from actuator.parameters import Load, Material, Objective
-from stages.laws import LawSettings, NeoHookeSettings, short_form_too
+from stages.domains import AnyDomainSettings, HalfCylinderSettings
+from stages.laws import AnyLawSettings, NeoHookeSettings
 from stages.section import Section
 
-if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
-
-__all__ = ["DomainSettings", "LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
-
-
-class DomainSettings(Section):
-    """Design domain and mesh: half a cylinder, O-grid section times layers (Table 1)."""
-
-    radius: float = Field(15.0, gt=0, description="R, domain radius [mm]")
-    length: float = Field(15.0, gt=0, description="L, domain length [mm]")
-    core_cells: int = Field(12, ge=1, le=200, description="m, cells along a quarter of the section's core [-]")
-    rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
-    layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
-
-    @property
-    def size(self) -> float:
-        """The length by which domains of different size are compared, mm."""
-        return self.radius
-
-    @property
-    def cells(self) -> int:
-        """Number of cells; no mesh is built for it."""
-        domain = self.build()
-        return domain.section_cells * domain.layers
-
-    def build(self) -> HalfCylinder:
-        """The meshed domain."""
-        from actuator.domains.half_cylinder import HalfCylinder  # scikit-fem: only where a mesh is wanted
-
-        return HalfCylinder(self.radius, self.length, self.core_cells, self.rings, self.layers)
+__all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
 
 class MaterialSettings(Section):
@@ -53,9 +25,7 @@ class MaterialSettings(Section):
     void_permeability_rate: float = Field(1000.0, gt=0, description="k_v E / L² [1/s]")
     permeability_contrast: float = Field(1.0e-6, gt=0, lt=1, description="k_s / k_v [-]")
     hessian_regularisation: float = Field(1.0e-6, ge=0, description="α = c_r / (L² K_s) [-]")
-    law: LawSettings = Field(
-        NeoHookeSettings(), description="hyperelastic law of the solid", json_schema_extra=short_form_too
-    )
+    law: AnyLawSettings = Field(NeoHookeSettings(), description="hyperelastic law of the solid")
 
 
 #: Largest spring ratio: a stiffer spring's force drowns in rounding, and this one is within 1e-7 of a held arm's end.
@@ -131,7 +101,7 @@ def _fault_of_term(name: str, parameters: dict[str, float]) -> str:
 class ProblemSettings(Section):
     """Everything that defines the optimisation problem: domain, material, load, objective."""
 
-    domain: DomainSettings = DomainSettings()
+    domain: AnyDomainSettings = HalfCylinderSettings()
     material: MaterialSettings = MaterialSettings()
     load: LoadSettings = LoadSettings()
     objective: ObjectiveSettings = ObjectiveSettings()
@@ -146,7 +116,8 @@ class ProblemSettings(Section):
             law=self.material.law.build(),
         )
         load = Load.from_ratios(
-            radius=domain.radius, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
+            radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
         )
+        load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
         limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **objective.model_dump())
         return material, load, limits

@@ -28,7 +28,7 @@ from stages.task import Compute, Need, Task
 from stages.words import FieldName
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.solve.equilibrium import Equilibrium
     from actuator.solve.path import Control, Point
     from actuator.solve.pressurisation import Pressurisation
@@ -73,14 +73,14 @@ class Design:
     """An optimised design and its state.
 
     Attributes:
-        domain: half cylinder.
+        domain: the mesh of the optimisation.
         chi: χ at the vertices, (n_vertices,).
         displacement: u at the nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
         arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
     """
 
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     displacement: Floats
     pressure: Floats
@@ -154,7 +154,7 @@ def run(
 
 def thresholded(
     design: Design, refinement: refine.Settings, threshold: float, settings: Settings, observer: Observer = silent
-) -> tuple[HalfCylinder, Floats]:
+) -> tuple[Domain, Floats]:
     """The refined and filtered design with a steep interface where the exported surface is, and its mesh.
 
     χ' = sharpness (χ̄ - threshold): scaled, not clipped, so that the zero set of the interpolated field stays.
@@ -166,7 +166,7 @@ def thresholded(
     return design.domain, chi[design.domain.coinciding(refinement.factor)]
 
 
-def _equilibrium(domain: HalfCylinder, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
+def _equilibrium(domain: Domain, problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
     from actuator.solve.equilibrium import Equilibrium
 
     return Equilibrium(
@@ -269,7 +269,7 @@ def _relative(difference: float, whole: float) -> float:
 
 def needs(case: Any) -> Need:
     """Least memory for the largest mesh on which a field is followed."""
-    cells, remedy = case.domain.cells, optimize.COARSER
+    cells, remedy = case.domain.cells, optimize.coarser(case.domain)
     if case.simulate.mesh == "refined" and "thresholded" in case.simulate.fields:
         cells, remedy = cells * case.refine.factor**3, "set simulate.mesh to optimised"
     return Need(cells, optimize.least_memory(cells), remedy)

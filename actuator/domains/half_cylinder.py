@@ -1,30 +1,29 @@
-"""The design domain: half of a cylinder, meshed by an O-grid section swept along its axis.
+"""The paper's design domain: half of a cylinder, meshed by an O-grid section swept along its axis.
 
-Section 2 of Mehta & Poulios (arXiv:2605.20101): radius R, length L, cut at the symmetry plane X2 = 0.
-Axes are X1 (cylinder axis), X2 (normal to the symmetry plane), X3 (bending direction); lengths in mm.
+Section 2 and Appendices A to C of Mehta & Poulios (arXiv:2605.20101): radius R, length L, cut at the symmetry plane
+X2 = 0. Axes are X1 (cylinder axis), X2 (normal to the symmetry plane), X3 (bending direction); lengths in mm.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, ElementHex1, ElementHexS2, MeshHex
+from skfem import MeshHex
 
 from actuator.arrays import Floats, Ints
-
-#: Bulge of the core's sides, 0 straight to 1 circular. 0.3 makes the three angles that meet at a
-#: corner of the core nearly equal (118 and 2 x 121 degrees).
-CORE_BULGE = 0.3
-
-#: Local vertex offsets (axial, second, third) in the order of scikit-fem's reference hexahedron.
-HEX_OFFSETS: Ints = ElementHex1.doflocs.astype(np.int64)
+from actuator.domains import o_grid
+from actuator.domains.interface import HEX_OFFSETS, Domain, Parameter
+from actuator.domains.smooth_minimum import smooth_minimum
+from actuator.domains.tetrahedra import Tetrahedra, swept
 
 
 @dataclass(frozen=True)
-class HalfCylinder:
+class HalfCylinder(Domain):
     """Hexahedral mesh of the half cylinder ``0 <= X1 <= length``, ``X2 >= 0``, ``r <= radius``.
 
     The section has 2 (m² + 2 m k) cells: a core of m x m cells per quarter and k rings around it;
@@ -41,6 +40,8 @@ class HalfCylinder:
         ValueError: if a size is not positive.
     """
 
+    shape: ClassVar[str] = "half-cylinder"
+
     radius: float
     length: float
     core_cells: int
@@ -53,6 +54,22 @@ class HalfCylinder:
         if min(self.core_cells, self.rings, self.layers) < 1:
             raise ValueError("core_cells, rings and layers must be at least 1")
 
+    @property
+    def size(self) -> float:
+        """R, mm."""
+        return self.radius
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """The arguments it is made from."""
+        return {
+            "radius": Parameter(self.radius, "mm", "radius of the half cylinder"),
+            "length": Parameter(self.length, "mm", "length of the half cylinder"),
+            "core_cells": Parameter(self.core_cells, "1", "cells along each side of a quarter of the section's core"),
+            "rings": Parameter(self.rings, "1", "rings of cells between the core and the cylinder wall"),
+            "layers": Parameter(self.layers, "1", "cells along X1"),
+        }
+
     # ---------------------------------------------------------------- section
 
     @property
@@ -63,25 +80,7 @@ class HalfCylinder:
     @cached_property
     def _section(self) -> tuple[Floats, Ints]:
         """Section points (ns, 2) as (X2, X3), and cells (nc, 2, 2) indexed by the two local axes."""
-        m, k = self.core_cells, self.rings
-        # The core's half side is chosen so that cells of the core and of the rings have about the same size;
-        # with few rings its corners must still keep off the wall, or the rings would turn inside out.
-        half_side = min(0.7 * m / (k + 0.875 * m), 0.6) * self.radius
-        t, s = np.meshgrid(np.arange(m + 1) / m, np.arange(-m, m + 1) / m, indexing="ij")
-        core = half_side * _bulged_square(t, s)
-        core_id = np.arange((m + 1) * (2 * m + 1)).reshape(m + 1, 2 * m + 1)
-        # Outline of the core from X3 < 0 over X2 > 0 to X3 > 0; 4 m edges.
-        outline = np.concatenate([core_id[:-1, 0], core_id[-1, :], core_id[-2::-1, -1]])
-        angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 4 * m + 1)
-        wall = self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        wall[[0, -1], 0] = 0.0
-        inner = core.reshape(-1, 2)[outline]
-        weight = (np.arange(1, k + 1) / k)[:, None, None]
-        rings = (1.0 - weight) * inner + weight * wall
-        points = np.concatenate([core.reshape(-1, 2), rings.reshape(-1, 2)])
-        ring_id = np.concatenate([outline[None], len(core_id.ravel()) + np.arange(k * (4 * m + 1)).reshape(k, -1)])
-        cells = np.concatenate([_quads(core_id), _quads(ring_id)])
-        return points, cells
+        return o_grid.half_disk(self.radius, self.core_cells, self.rings)
 
     @property
     def section_points(self) -> int:
@@ -104,66 +103,45 @@ class HalfCylinder:
         cells = (base[:, None, :] + ns * (axial[:, None] + np.arange(self.layers))[:, :, None]).reshape(8, -1)
         return MeshHex(points, cells.astype(np.int32))
 
-    @cached_property
-    def _quadratic(self) -> Basis:
-        return Basis(self.mesh, ElementHexS2(), intorder=1)
+    @property
+    def representatives(self) -> Ints:
+        """The cells of the first layer, of which those of the others are translates, (section_cells,)."""
+        return np.arange(self.section_cells)
 
     @property
-    def points(self) -> Floats:
-        """Vertices, (n_vertices, 3), mm. The first ``n_vertices`` nodes of :attr:`nodes` are the same points."""
-        return self.mesh.p.T
+    def cell_class(self) -> Ints:
+        """The section cell of each cell, (n_cells,)."""
+        return np.tile(np.arange(self.section_cells), self.layers)
 
-    @property
-    def cells(self) -> Ints:
-        """8-node connectivity, (n_cells, 8), in scikit-fem's local order (:data:`HEX_OFFSETS`)."""
-        return self.mesh.t.T
+    def tetrahedra(self) -> Tetrahedra:
+        """Six of each cell, along its section's shorter diagonal."""
+        return swept(self.points, self.cells[: self.section_cells], self.layers, self.section_points)
 
-    @cached_property
-    def nodes(self) -> Floats:
-        """Nodes of the 20-node element, (n_nodes, 3), mm: vertices first, then edge midpoints."""
-        return np.ascontiguousarray(self._quadratic.doflocs.T)
+    def outline(self) -> Floats:
+        """The half disk with a round wall, whatever the mesh, (n, 2), mm."""
+        angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 181)
+        return self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
-    @cached_property
-    def edges(self) -> Ints:
-        """Vertices at the ends of the edges, (n_edges, 2), in the order of the midpoints among :attr:`nodes`."""
-        return np.ascontiguousarray(self.mesh.edges.T)
+    # ------------------------------------------------------------- functions of the place
 
-    @cached_property
-    def node_cells(self) -> Ints:
-        """20-node connectivity, (n_cells, 20), in scikit-fem's local order."""
-        return np.ascontiguousarray(self._quadratic.element_dofs.T)
+    def inlet(self, points: Floats) -> Floats:
+        """Profile of Eq. (A.1): 1 within r < 0.15 R, falling to zero at 0.25 R; (...)."""
+        ramp = np.minimum(1.0, np.maximum(0.0, 10.0 * _radii(points) / self.radius - 1.5))
+        return np.asarray(1.0 - np.sin(0.5 * np.pi * ramp) ** 2)
 
-    # ------------------------------------------------------------- boundaries
+    def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R); (...)."""
+        radii, radius, width = _radii(points) / length_unit, self.radius / length_unit, interface_width / length_unit
+        smooth_radius = -smooth_minimum(radii, -radii, width)
+        return 8.0 / width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
 
-    @cached_property
-    def fixed_nodes(self) -> Ints:
-        """Nodes on X1 = 0, where the displacement is zero."""
-        return np.flatnonzero(self.nodes[:, 0] == 0.0)
-
-    @cached_property
-    def tip_nodes(self) -> Ints:
-        """Nodes on X1 = L (the face Γ), which move with the rigid arm."""
-        return np.flatnonzero(self.nodes[:, 0] == self.length)
-
-    @cached_property
-    def symmetry_nodes(self) -> Ints:
-        """Nodes on the symmetry plane X2 = 0."""
-        return np.flatnonzero(self.nodes[:, 1] == 0.0)
-
-    @cached_property
-    def wall_facets(self) -> Ints:
-        """Indices of the mesh facets on the cylinder wall (Γ_ext)."""
-        facets = self.mesh.boundary_facets()
-        on_wall = np.zeros(self.mesh.nvertices, dtype=bool)
-        on_wall[self.wall_vertices] = True
-        return facets[on_wall[self.mesh.facets[:, facets]].all(axis=0)]
-
-    @cached_property
-    def wall_vertices(self) -> Ints:
-        """Vertices on the cylinder wall r = R: the outermost ring of every section."""
-        ns, per_ring = self.section_points, 4 * self.core_cells + 1
-        last_ring = np.arange(ns - per_ring, ns)
-        return (last_ring + ns * np.arange(self.layers + 1)[:, None]).ravel()
+    def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """χ at t = 0, Eq. (C.1): a tube from 0.45 R to 0.95 R, a little thinner for X3 > 0; (...)."""
+        points, radius, width = points / length_unit, self.radius / length_unit, interface_width / length_unit
+        r, upper = _radii(points), np.maximum(points[..., 2], 0.0)
+        tube = smooth_minimum(0.95 * radius - r, r - 0.45 * radius, width)
+        passive = smooth_minimum(radius - r, r - 0.3 * radius, width)
+        return smooth_minimum(8.0 / (3.0 * width) * tube - 0.1 * upper, 8.0 / width * passive, width)
 
     # ------------------------------------------------------------- refinement
 
@@ -184,63 +162,10 @@ class HalfCylinder:
 
         Interpolation is in the reference coordinates of each cell. Shape (n_fine, n_coarse), rows sum to 1.
         """
-        m, k = self.core_cells, self.rings
-        core = _grid_weights(m, 2 * m, factor)
-        ring = _grid_weights(k, 4 * m, factor)
-        plane_coarse, _ = self._section
-        core_id = np.arange((m + 1) * (2 * m + 1)).reshape(m + 1, 2 * m + 1)
-        outline = np.concatenate([core_id[:-1, 0], core_id[-1, :], core_id[-2::-1, -1]])
-        ring_id = np.concatenate([outline[None], core_id.size + np.arange(k * (4 * m + 1)).reshape(k, -1)])
-        to_section = sp.csr_array(
-            (np.ones(ring_id.size), (np.arange(ring_id.size), ring_id.ravel())), (ring_id.size, len(plane_coarse))
-        )
-        pad = sp.csr_array((core.shape[0], len(plane_coarse) - core.shape[1]))
-        outer = (ring @ to_section).tocsr()[4 * m * factor + 1 :]  # the first row of the rings is the core's outline
-        section = sp.vstack([sp.hstack([core, pad]), outer])
-        return sp.kron(_line_weights(self.layers, factor), section, format="csr")
-
-    def coinciding(self, factor: int) -> Ints:
-        """For every vertex of this mesh the number of the same point in :meth:`refined`, (n_vertices,)."""
-        weights = self.prolongation(factor)
-        rows = np.flatnonzero(np.diff(weights.indptr) == 1)  # interpolated from one vertex alone: the same point
-        found = np.empty(weights.shape[1], dtype=np.int64)
-        found[weights.indices[weights.indptr[rows]]] = rows
-        return found
+        section = o_grid.prolongation(self.core_cells, self.rings, factor)
+        return sp.kron(o_grid.line_weights(self.layers, factor), section, format="csr")
 
 
-def _bulged_square(t: Floats, s: Floats) -> Floats:
-    """Coons patch on [-1, 1]² whose sides bulge towards a circle; returns (X2, X3) per unit half side."""
-
-    def side(x: Floats) -> tuple[Floats, Floats]:
-        along = (1.0 - CORE_BULGE) * x + CORE_BULGE * np.sqrt(2.0) * np.sin(0.25 * np.pi * x)
-        across = (1.0 - CORE_BULGE) + CORE_BULGE * np.sqrt(2.0) * np.cos(0.25 * np.pi * x)
-        return along, across
-
-    along_t, across_t = side(t)
-    along_s, across_s = side(s)
-    # Opposite sides are mirror images, so the two linear blends and the bilinear corners collapse to:
-    x2 = t * across_s + along_t - t
-    x3 = s * across_t + along_s - s
-    return np.stack([x2, x3], axis=-1)
-
-
-def _quads(node: Ints) -> Ints:
-    """Cells (n, 2, 2) of a structured grid of node numbers."""
-    corners = np.stack([np.stack([node[:-1, :-1], node[:-1, 1:]], -1), np.stack([node[1:, :-1], node[1:, 1:]], -1)], -2)
-    return corners.reshape(-1, 2, 2)
-
-
-def _line_weights(cells: int, factor: int) -> sp.csr_array:
-    """Linear interpolation from ``cells + 1`` equidistant nodes to ``factor * cells + 1``."""
-    fine = np.arange(factor * cells + 1)
-    left = np.minimum(fine // factor, cells - 1)
-    weight = (fine - factor * left) / factor
-    rows = np.concatenate([fine, fine])
-    columns = np.concatenate([left, left + 1])
-    matrix = sp.csr_array((np.concatenate([1.0 - weight, weight]), (rows, columns)), (len(fine), cells + 1))
-    matrix.eliminate_zeros()
-    return matrix
-
-
-def _grid_weights(first: int, second: int, factor: int) -> sp.csr_array:
-    return sp.kron(_line_weights(first, factor), _line_weights(second, factor), format="csr")
+def _radii(points: Floats) -> Floats:
+    """Distance r to the cylinder's axis, Eq. (A.2), mm; (...)."""
+    return np.asarray(np.hypot(points[..., 1], points[..., 2]))

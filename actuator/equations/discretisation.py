@@ -11,29 +11,29 @@ from skfem import Basis, BilinearForm, ElementHex1, ElementHexS2, FacetBasis, Me
 from skfem.helpers import dot, grad
 
 from actuator.arrays import Floats, Ints
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.quadrature import hexahedron_rule
 from actuator.equations.scheme import DEFAULT, Scheme
 
 
 class Geometry(NamedTuple):
-    """Arrays the compiled kernels read. All layers of a swept mesh share the shape functions of the first one.
+    """Arrays the compiled kernels read. Cells of a class share their shape functions.
 
     Attributes:
         cells, node_cells: connectivity (n_cells, 8) and (n_cells, 20).
-        section: section cell of each cell, (n_cells,); index into the arrays below.
+        cell_class: class of each cell, (n_cells,); index into the arrays below.
         shape: trilinear shape functions, (n_q, 8).
-        gradient: their gradients, (n_section, n_q, 8, 3), 1/mm.
-        gradient20: gradients of the 20-node serendipity functions, (n_section, n_q, 20, 3), 1/mm; for the 8-node
+        gradient: their gradients, (n_classes, n_q, 8, 3), 1/mm.
+        gradient20: gradients of the 20-node serendipity functions, (n_classes, n_q, 20, 3), 1/mm; for the 8-node
             element those of the trilinear functions, and zero for the other 12 nodes, which then carry nothing.
-        volume: quadrature weight times det of the map, (n_section, n_q), mm³.
-        hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_section, 20, 20), 1/mm.
-        size_squared: h² of each cell, its volume to the power 2/3, (n_section,), mm².
+        volume: quadrature weight times det of the map, (n_classes, n_q), mm³.
+        hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_classes, 20, 20), 1/mm.
+        size_squared: h² of each cell, its volume to the power 2/3, (n_classes,), mm².
     """
 
     cells: Ints
     node_cells: Ints
-    section: Ints
+    cell_class: Ints
     shape: Floats
     gradient: Floats
     gradient20: Floats
@@ -43,45 +43,48 @@ class Geometry(NamedTuple):
 
 
 class Discretisation:
-    """Finite-element spaces on a :class:`HalfCylinder`: trilinear χ and p, 20-node serendipity (or trilinear) u."""
+    """Finite-element spaces on a design domain: trilinear χ and p, 20-node serendipity (or trilinear) u.
 
-    def __init__(self, domain: HalfCylinder, scheme: Scheme = DEFAULT) -> None:
+    Attributes:
+        rule: points (3, n_q) on the reference cube and weights (n_q,) of the quadrature.
+        quadrature_points: of the cells that stand for their classes, (n_classes, n_q, 3), mm.
+        geometry: what the kernels read.
+    """
+
+    def __init__(self, domain: Domain, scheme: Scheme = DEFAULT) -> None:
         self.domain = domain
         points, weights = hexahedron_rule(scheme.quadrature)
         self.rule = points, weights
         element = ElementHexS2() if scheme.element == "hex20" else ElementHex1()
-        layer = MeshHex(
-            np.ascontiguousarray(domain.mesh.p[:, : 2 * domain.section_points]),
-            np.ascontiguousarray(domain.mesh.t[:, : domain.section_cells]),
-        )
-        linear = Basis(layer, ElementHex1(), quadrature=self.rule)
-        displacements = Basis(layer, element, quadrature=self.rule)
+        mesh = _part(domain.mesh, domain.representatives)
+        linear = Basis(mesh, ElementHex1(), quadrature=self.rule)
+        displacements = Basis(mesh, element, quadrature=self.rule)
         shape = np.stack([np.broadcast_to(b[0], linear.dx.shape)[0] for b in linear.basis], axis=-1)
         gradient = np.stack([b[0].grad for b in linear.basis]).transpose(2, 3, 0, 1)
         slopes = np.stack([b[0].grad for b in displacements.basis]).transpose(2, 3, 0, 1)
         volume = np.array(linear.dx)
-        self.section_points: Floats = np.asarray(linear.global_coordinates()).transpose(1, 2, 0)
+        self.quadrature_points: Floats = np.asarray(linear.global_coordinates()).transpose(1, 2, 0)
         self.geometry = Geometry(
             np.ascontiguousarray(domain.cells, dtype=np.int64),
             np.ascontiguousarray(domain.node_cells, dtype=np.int64),
-            np.tile(np.arange(domain.section_cells), domain.layers),
+            np.ascontiguousarray(domain.cell_class, dtype=np.int64),
             np.ascontiguousarray(shape),
             np.ascontiguousarray(gradient),
             _padded(np.ascontiguousarray(slopes), 2),
             volume,
-            _padded(_hessian_products(layer, element, points, slopes, volume), 1, 2),
+            _padded(_hessian_products(mesh, element, points, slopes, volume), 1, 2),
             volume.sum(axis=1) ** (2.0 / 3.0),
         )
 
-    @property
-    def radii(self) -> Floats:
-        """Distance r to the cylinder's axis at the quadrature points of a section, (n_section, n_q), mm; Eq. (A.2)."""
-        return np.hypot(self.section_points[..., 1], self.section_points[..., 2])
+    def source(self, drainage: float) -> Floats:
+        """Q_in of Eq. (A.1) at the quadrature points, (n_classes, n_q), mm²/(N s), for a drainage Q_s in the same."""
+        return 100.0 * drainage * self.domain.inlet(self.quadrature_points)
 
     @cached_property
     def volume(self) -> float:
         """|Ω|, mm³."""
-        return float(self.geometry.volume.sum()) * self.domain.layers
+        copies, volume = np.bincount(self.geometry.cell_class), self.geometry.volume
+        return sum(int(count) * float(volume[copies == count].sum()) for count in np.unique(copies))
 
     @cached_property
     def linear(self) -> Basis:
@@ -100,10 +103,16 @@ class Discretisation:
 
     @cached_property
     def wall_mass(self) -> sp.csr_array:
-        """∫ N_a N_b over the cylinder wall Γ_ext divided by its area, (n_vertices, n_vertices)."""
-        basis = FacetBasis(self.domain.mesh, ElementHex1(), facets=self.domain.wall_facets, intorder=4)
+        """∫ N_a N_b over the outside Γ_ext divided by its area, (n_vertices, n_vertices)."""
+        basis = FacetBasis(self.domain.mesh, ElementHex1(), facets=self.domain.outside.facets, intorder=4)
         area = float(basis.dx.sum())
         return sp.csr_array(BilinearForm(lambda u, v, _: u * v / area).assemble(basis))
+
+
+def _part(mesh: MeshHex, cells: Ints) -> MeshHex:
+    """The mesh of some cells alone."""
+    used, corners = np.unique(mesh.t[:, cells], return_inverse=True)
+    return MeshHex(np.ascontiguousarray(mesh.p[:, used]), np.ascontiguousarray(corners.reshape(8, -1)))
 
 
 def _padded(values: Floats, *axes: int) -> Floats:

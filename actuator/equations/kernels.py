@@ -70,7 +70,7 @@ def cell_permeability(geometry, c, chi, e, slope):
     k falls by decades within a cell. Its arithmetic mean is that of the most open corner; the geometric mean lies
     between flow along layers of unlike permeability and flow across them.
     """
-    s, vertices = geometry.section[e], geometry.cells[e]
+    s, vertices = geometry.cell_class[e], geometry.cells[e]
     volume, mean = 0.0, 0.0 * chi[0]
     for a in range(8):
         slope[a] = mean
@@ -93,8 +93,8 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
 
     Args:
         geometry: :class:`actuator.equations.discretisation.Geometry`.
-        source: Q_in at the quadrature points, (n_section, n_q), mm²/(N s).
-        c: :class:`actuator.material.ersatz.Coefficients`.
+        source: Q_in at the quadrature points, (n_classes, n_q), mm²/(N s).
+        c: :class:`actuator.material.constants.Constants`.
         chi, u, p: fields, (n_vertices,), (n_nodes, 3) mm, (n_vertices,) N/mm²; real or complex, all of one type.
         stressed: whether Ru is wanted; only Rp is computed otherwise.
         Ru, Rp: results, (n_cells, 20, 3) in N and (n_cells, 8) in mm³/s.
@@ -105,7 +105,7 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     lowest = np.empty(n_cells)
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
@@ -135,9 +135,9 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
             pressure = interpolate(p, vertices, geometry.shape[q])
             if stressed:
                 trace = left_cauchy_green(F, b)
-                E = stiffness(x, c)[0]
+                factor = stiffness(x, c)[0]
                 log_J = np.log(J)
-                kirchhoff_stress(c, E, E * c.bulk * log_J - J * pressure, log_J, trace, b)
+                kirchhoff_stress(c, factor, factor * c.bulk * log_J - J * pressure, log_J, trace, b)
                 for i in range(3):
                     for j in range(3):
                         P[i, j] = dx * (b[i, 0] * Finv[j, 0] + b[i, 1] * Finv[j, 1] + b[i, 2] * Finv[j, 2])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats, Ints
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.scheme import Element
 from actuator.parameters import Load
 
@@ -26,14 +26,14 @@ class Kinematics:
     their edge's ends, which is where the trilinear field puts them, and no force acts on them.
     """
 
-    def __init__(self, domain: HalfCylinder, load: Load, element: Element = "hex20") -> None:
-        self.tip: Ints = domain.tip_nodes
+    def __init__(self, domain: Domain, load: Load, element: Element = "hex20") -> None:
+        self.tip: Ints = domain.tip.nodes
         self.tip_height: Floats = domain.nodes[self.tip, 2]
         self.load = load
         free = np.ones((len(domain.nodes), 3), dtype=bool)
-        free[domain.fixed_nodes] = False
+        free[domain.fixed.nodes] = False
         free[self.tip] = False
-        free[domain.symmetry_nodes, 1] = False
+        free[domain.symmetry.nodes, 1] = False
         self._edges: Ints | None = None
         if element == "hex8":
             self._edges = domain.edges

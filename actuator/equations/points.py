@@ -18,7 +18,7 @@ class PointFields:
 
     def __init__(self, geometry: Geometry) -> None:
         self._geometry = geometry
-        self.volumes: Floats = geometry.volume[geometry.section]
+        self.volumes: Floats = geometry.volume[geometry.cell_class]
         self._products = (geometry.shape[:, :, None] * geometry.shape[:, None, :]).reshape(-1, 64)
 
     def at(self, field: Floats) -> Floats:

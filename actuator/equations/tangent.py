@@ -12,7 +12,7 @@ from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kinematics import Kinematics
 from actuator.equations.tangent_kernels import PACKED, tangent
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants
 
 _UPPER = np.triu_indices(20)
 
@@ -30,8 +30,7 @@ class Tangent:
         self._geometry, self._kinematics = discretisation.geometry, kinematics
         geometry, domain = self._geometry, discretisation.domain
         n_cells, n_x, n_p = len(geometry.cells), kinematics.size, domain.mesh.nvertices
-        # The cells that touch Γ: those of the last layer.
-        self._tip_cells = np.arange(n_cells - domain.section_cells, n_cells)
+        self._tip_cells = domain.tip_cells
         local = np.full(len(domain.nodes), -1)
         local[kinematics.tip] = np.arange(len(kinematics.tip))
         self._tip_local = local[geometry.node_cells[self._tip_cells]]  # (n_tip_cells, 20)
@@ -81,7 +80,7 @@ class Tangent:
         self.xp, self.px = self._xp.matrix(self._xp_data), self._px.matrix(self._px_data)
         self.pp = self.darcy.matrix(self._pp_data)
 
-    def assemble(self, source: Floats, c: Coefficients, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
+    def assemble(self, source: Floats, c: Constants, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
         """Evaluate all blocks in place.
 
         Args:

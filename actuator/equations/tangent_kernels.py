@@ -25,7 +25,7 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         g, w, n = np.empty(3), np.empty(3), np.empty((20, 3))
@@ -53,11 +53,11 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             x = interpolate(chi, vertices, geometry.shape[q])
             pressure = interpolate(p, vertices, geometry.shape[q])
             trace = left_cauchy_green(F, b)
-            E = stiffness(x, c)[0]
+            factor = stiffness(x, c)[0]
             log_J = np.log(J)
             gradient20 = geometry.gradient20[s, q]
             mechanical_block(
-                c, dx, E, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
+                c, dx, factor, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
             )
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
@@ -91,7 +91,7 @@ def darcy_metric(geometry, u, metric):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     lowest = np.full(n_cells, np.inf)
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         F, A = np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)
@@ -109,7 +109,7 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
     """The Darcy block for frozen u, (n_cells, 8, 8); a prefix of what :func:`tangent` gives, far cheaper."""
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         Kpp[e] = 0.0
         v = np.empty((8, 3))
         k = cell_permeability(geometry, c, chi, e, np.empty(8))
@@ -142,7 +142,7 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv, b, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         g, w, v, slope, flow = np.empty(3), np.empty(3), np.empty(3), np.empty(8), np.zeros(8)

@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from actuator.arrays import Floats, Ints
-from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
+from actuator.domains.interface import HEX_OFFSETS, Domain
+from actuator.domains.tetrahedra import Tetrahedra
 from actuator.geometry.distance import distance
-from actuator.geometry.tetrahedra import cells_of_tetrahedra
 from actuator.geometry.trilinear import TINY, cofactor_matrices, field, projected, shape_functions
 from actuator.geometry.zero_set import Surface, solid_boundary
 
@@ -91,12 +91,12 @@ class _Samples:
     area: Floats
 
 
-def distance_to_zero_set(domain: HalfCylinder, tets: Ints, chi: Floats, threshold: float = 0.0) -> Distance:
+def distance_to_zero_set(domain: Domain, tets: Tetrahedra, chi: Floats, threshold: float = 0.0) -> Distance:
     """Distance between the surface that ``solid_boundary`` extracts and the zero set of the trilinear field.
 
     Args:
-        domain: half cylinder.
-        tets: all its tetrahedra, of :func:`actuator.geometry.tetrahedra.tetrahedra`.
+        domain: the meshed domain.
+        tets: all its tetrahedra, as the domain cuts its cells.
         chi: χ at its vertices, (n_vertices,), finite.
         threshold: level of the surface, in units of χ.
 
@@ -151,20 +151,20 @@ def _roots(corners: Floats) -> _Samples:
 
 
 def _surface_samples(
-    domain: HalfCylinder, tets: Ints, chi: Floats, threshold: float, cut: Ints
+    domain: Domain, tets: Tetrahedra, chi: Floats, threshold: float, cut: Ints
 ) -> tuple[Surface, _Samples]:
     """The surface, and its vertices and centroids with the hexahedra they lie in.
 
     It is extracted hexahedron by hexahedron, from the same cuts of the same edges. Weights of 1/12 for vertices and 3/4
     for centroids integrate quadratic polynomials exactly.
     """
-    mixed = _mixed((chi > threshold)[tets])
-    tets, owner = tets[mixed], cells_of_tetrahedra(domain)[mixed]
-    row, local = np.searchsorted(cut, owner), (domain.cells[owner, None] == tets[..., None]).argmax(axis=2)
+    mixed = _mixed((chi > threshold)[tets.corners])
+    corners, owner = tets.corners[mixed], tets.cells[mixed]
+    row, local = np.searchsorted(cut, owner), (domain.cells[owner, None] == corners[..., None]).argmax(axis=2)
     corner = domain.cells[cut].ravel()
     # Reference coordinates and row are cut as the points are; the former are not exact, but a place to start from.
     columns = (domain.points[corner], np.tile(HEX_OFFSETS, (len(cut), 1)), np.repeat(np.arange(len(cut)), 8)[:, None])
-    apart = solid_boundary(np.hstack(columns), 8 * row[:, None] + local, tets[:0, :3], chi[corner], threshold)
+    apart = solid_boundary(np.hstack(columns), 8 * row[:, None] + local, corners[:0, :3], chi[corner], threshold)
     vertices, triangles = apart.vertices, apart.triangles
     surface = Surface(np.ascontiguousarray(vertices[:, :3]), triangles)
     sides = surface.vertices[triangles[:, 1:]] - surface.vertices[triangles[:, :1]]

@@ -8,75 +8,13 @@ function is analytic on either side of its branches, and branches look at real p
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any, NamedTuple, cast
-
 import numpy as np
 from numba import njit
-
-from actuator.material.laws.coefficients import MooneyRivlin, NeoHooke, Ogden, Yeoh
-from actuator.parameters import Load, Material, Objective
 
 # Contraction to fused multiply-add is allowed; no reordering, so that results do not depend on the thread count.
 FAST = {"contract", "nsz", "arcp"}
 #: Q_out h² / k below which the fitting factor is summed as a series; its closed form cancels there.
 SERIES = 1e-2
-
-
-class Coefficients(NamedTuple):
-    """The constants of the laws, as the compiled kernels take them. Units as in :mod:`actuator.parameters`.
-
-    Those of another hyperelastic law than neo-Hooke's follow in a tuple of another type, and the kernels are compiled
-    for each type. All stay plain numbers, side by side: numba's parallel loops take no tuples within tuples.
-    """
-
-    # An attribute of the class, which mypy takes for a field without a type.
-    law = NeoHooke  # type: ignore[misc]
-
-    bulk: float
-    shear: float
-    ramp_penalty: float
-    stiffness_contrast: float
-    void_permeability: float
-    solid_permeability: float
-    drainage: float
-    hessian_penalty: float
-    pressure: float
-    strain_energy_weight: float
-    energy_limit: float
-    energy_shift: float
-
-    @classmethod
-    def of(cls, material: Material, load: Load, objective: Objective) -> Coefficients:
-        """Collect the constants, in the tuple of the material's law."""
-        values = [getattr(material, name) for name in cls._fields[:8]]
-        values += [load.pressure, objective.strain_energy_weight, objective.energy_limit]
-        values += [objective.energy_shift, *material.law]
-        kinds: tuple[Any, ...] = (cls, MooneyRivlinCoefficients, YeohCoefficients, OgdenCoefficients)
-        kind = next(kind for kind in kinds if kind.law is type(material.law))
-        return cast(Coefficients, kind._make(float(value) for value in values))
-
-
-# Of these three: mypy wants the fields of a tuple spelt out; here they are those of two others, none written twice.
-class MooneyRivlinCoefficients(namedtuple("MooneyRivlinCoefficients", Coefficients._fields + MooneyRivlin._fields)):  # type: ignore[misc]
-    """The constants with those of the Mooney-Rivlin law."""
-
-    __slots__ = ()
-    law = MooneyRivlin
-
-
-class YeohCoefficients(namedtuple("YeohCoefficients", Coefficients._fields + Yeoh._fields)):  # type: ignore[misc]
-    """The constants with those of the Yeoh law."""
-
-    __slots__ = ()
-    law = Yeoh
-
-
-class OgdenCoefficients(namedtuple("OgdenCoefficients", Coefficients._fields + Ogden._fields)):  # type: ignore[misc]
-    """The constants with those of the Ogden law."""
-
-    __slots__ = ()
-    law = Ogden
 
 
 @njit(cache=True, inline="always")

@@ -1,9 +1,10 @@
 """The inner problem: the design step that minimises the model plus the step term δᵀ M δ / (2 Δt²).
 
 A proximal Newton method: each Newton step minimises the quadratic of the physics together with the terms that depend
-on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are expensive and subproblems cheap,
-so that a subproblem is solved for every product, with the curvature that all products so far have shown. After each Newton step the
-displacements are corrected with the factors at hand, which lets the model follow the truth over several of them.
+on χ alone, which stay exact (:mod:`actuator.optimiser.subproblem`). Hessian products are expensive and subproblems
+cheap, so that a subproblem is solved for every product, with the curvature that all products so far have shown. After
+each Newton step the displacements are corrected with the factors at hand, which lets the model follow the truth over
+several of them.
 """
 
 from __future__ import annotations

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.source import pressure_source
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
@@ -16,7 +15,7 @@ from actuator.equations.tangent import Tangent
 from actuator.equations.tangent_kernels import darcy_metric, darcy_tangent
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, Statistics, make_solver
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from actuator.parameters import Load, Material, Objective
 from actuator.solve.flow import Flow, FlowWorkspace, Inverted
 from actuator.solve.linearisation import Linearisation, Work, Workspace
@@ -38,7 +37,7 @@ class Equilibrium:
     """State equations of one case: residuals, tangents, Newton's method, tangent and adjoint solves.
 
     Args:
-        domain: the meshed half cylinder.
+        domain: the meshed design domain.
         material, load, objective: parameters of the model.
         tolerance: relative residual of a converged state.
         solver: name of the direct solver.
@@ -49,7 +48,7 @@ class Equilibrium:
 
     def __init__(
         self,
-        domain: HalfCylinder,
+        domain: Domain,
         material: Material,
         load: Load,
         objective: Objective,
@@ -63,8 +62,8 @@ class Equilibrium:
         self.discretisation = Discretisation(domain, scheme)
         self.geometry = self.discretisation.geometry
         self.kinematics = Kinematics(domain, load, scheme.element)
-        self.coefficients = Coefficients.of(material, load, objective)
-        self.source = pressure_source(self.discretisation.radii, domain.radius, material.drainage)
+        self.coefficients = constants_of(material, load, objective)
+        self.source = self.discretisation.source(material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
         self.tolerance, self.solver, self.threads = tolerance, solver, threads
         self.work = Work()
@@ -131,11 +130,10 @@ class Equilibrium:
         return scatter_vector(Rp, self.geometry.cells, len(p))
 
     def tip_forces(self, chi: Floats, x: Floats, p: Floats) -> Floats:
-        """Nodal residual forces (n_nodes, 3) from the last layer of cells alone, which is all that acts on Γ; N."""
-        geometry, kind = self.geometry, np.result_type(chi, x, p)
-        tip = slice(len(geometry.cells) - self.domain.section_cells, None)
+        """Nodal residual forces (n_nodes, 3) from the cells at the tip alone, which is all that acts on Γ; N."""
+        geometry, kind, tip = self.geometry, np.result_type(chi, x, p), self.domain.tip_cells
         part = geometry._replace(
-            cells=geometry.cells[tip], node_cells=geometry.node_cells[tip], section=geometry.section[tip]
+            cells=geometry.cells[tip], node_cells=geometry.node_cells[tip], cell_class=geometry.cell_class[tip]
         )
         Ru, Rp = np.empty((len(part.cells), 20, 3), kind), np.empty((len(part.cells), 8), kind)
         u = self.kinematics.displacement(x).astype(kind, copy=False)

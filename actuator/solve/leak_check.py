@@ -59,9 +59,9 @@ def second_order_leak(equilibrium: Equilibrium, state: State) -> Leak:
     solver.factorise(gather.data(matrix.ravel()))
     p = solver.solve(np.bincount(cells.ravel(), inflow.ravel(), n)) / source_pressure
     solver.release()
-    wall = FacetBasis(domain.mesh, ElementHexS2(), facets=domain.wall_facets, intorder=4)
+    wall = FacetBasis(domain.mesh, ElementHexS2(), facets=domain.outside.facets, intorder=4)
     mass = BilinearForm(lambda u, v, _: u * v).assemble(wall)
-    on_wall = wall.get_dofs(domain.wall_facets).all()
+    on_wall = wall.get_dofs(domain.outside.facets).all()
     return Leak(float(np.abs(p[on_wall]).max()), float(p @ (mass @ p)) / float(wall.dx.sum()))
 
 
@@ -78,8 +78,8 @@ def _elements(equilibrium: Equilibrium, state: State) -> tuple[Floats, Floats]:
     matrix, inflow = np.zeros((n_cells, 20, 20)), np.zeros((n_cells, 20))
     for q in range(n_q):
         tensor = k[:, q, None, None] * metric[:, q][:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
-        gradient, shape = geometry.gradient20[geometry.section, q], shape20[q]
-        volume, source = geometry.volume[geometry.section, q], equilibrium.source[geometry.section, q]
+        gradient, shape = geometry.gradient20[geometry.cell_class, q], shape20[q]
+        volume, source = geometry.volume[geometry.cell_class, q], equilibrium.source[geometry.cell_class, q]
         matrix += gradient @ tensor @ gradient.transpose(0, 2, 1)
         matrix += (volume * (source + out[:, q]))[:, None, None] * np.outer(shape, shape)
         inflow += (volume * source * c.pressure)[:, None] * shape

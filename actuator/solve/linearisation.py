@@ -17,7 +17,7 @@ from actuator.arrays import Floats
 from actuator.equations.tangent import Tangent
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, gmres
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants
 from actuator.solve.coupled import CoupledSystem
 from actuator.solve.state import State
 
@@ -89,7 +89,7 @@ class Linearisation:
         workspace: Workspace,
         at: State,
         source: Floats,
-        coefficients: Coefficients,
+        coefficients: Constants,
         scales: tuple[float, float],
         *,
         fresh: bool,

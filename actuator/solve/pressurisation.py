@@ -13,7 +13,7 @@ from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.linearisation import Linearisation
 from actuator.solve.state import State
 
-#: Root mean square of the displacements, in radii of the domain, that counts as much as the whole load.
+#: Root mean square of the displacements, in sizes R of the domain, that counts as much as the whole load.
 LARGE_DISPLACEMENT = 0.1
 
 
@@ -35,10 +35,10 @@ class Pressurisation:
         # The inflow at p = 0 is the source's, and it is all that scales with the load.
         inflow = equilibrium.flow_residual(chi, rest, no_pressure)
         self.load_derivative: Floats = np.concatenate([rest, inflow])
-        radius = equilibrium.domain.radius
+        size = equilibrium.domain.size
         weights = np.ones(self.size)
-        weights[-1] = radius**2  # the arm's rotation, by the displacement it makes at the wall
-        self._weights = weights / (self.size * (LARGE_DISPLACEMENT * radius) ** 2)
+        weights[-1] = size**2  # the arm's rotation, by the displacement it makes at the wall
+        self._weights = weights / (self.size * (LARGE_DISPLACEMENT * size) ** 2)
         self._seen: tuple[Floats, float, State] | None = None
         self._linearisation: Linearisation | None = None
 

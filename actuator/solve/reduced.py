@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.kinematics import Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
@@ -74,7 +74,7 @@ class ReducedObjective:
 
     def __init__(
         self,
-        domain: HalfCylinder,
+        domain: Domain,
         material: Material,
         load: Load,
         objective: Objective,
@@ -175,6 +175,6 @@ def spring_elongation(kinematics: Kinematics, state: State) -> float:
     return -float(kinematics.elongation(state.x))
 
 
-def wall_leak(domain: HalfCylinder, p: Floats, pressure: float) -> float:
-    """Largest p on the outer wall over the source pressure p_in; 0 without pressure."""
-    return float(p[domain.wall_vertices].max()) / pressure if pressure > 0.0 else 0.0
+def wall_leak(domain: Domain, p: Floats, pressure: float) -> float:
+    """Largest p on the outside over the source pressure p_in; 0 without pressure."""
+    return float(p[domain.outside.vertices].max()) / pressure if pressure > 0.0 else 0.0

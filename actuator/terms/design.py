@@ -125,7 +125,7 @@ def design_terms(geometry, limit, weights, chi, g, h, derivatives):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     values = np.zeros((n_cells, 4))
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         grad, project = np.empty(3), np.empty(8)
         if derivatives:
             g[e] = 0.0

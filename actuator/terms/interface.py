@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from actuator.arrays import Floats
 from actuator.equations.discretisation import Discretisation, Geometry
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants
 from actuator.parameters import Load, Objective
 
 
@@ -34,7 +34,7 @@ class Problem:
     """
 
     discretisation: Discretisation
-    coefficients: Coefficients
+    coefficients: Constants
     load: Load
     objective: Objective
 

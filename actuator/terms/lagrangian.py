@@ -29,7 +29,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         b, H = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)

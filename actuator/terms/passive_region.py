@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from actuator.arrays import Floats
-from actuator.domains.initial_design import smooth_minimum
 from actuator.equations.points import PointFields
 from actuator.terms.interface import Problem
 
@@ -16,39 +14,26 @@ class PassiveRegion:
 
     Attributes:
         weight: c_χ, 1/mm³.
-        limit: χ_lim at the quadrature points of each class of cells, (n_section, n_q).
+        limit: χ_lim at the quadrature points of each class of cells, (n_classes, n_q).
     """
 
     def __init__(self, problem: Problem) -> None:
         discretisation, objective = problem.discretisation, problem.objective
         self._geometry, self._points = discretisation.geometry, PointFields(discretisation.geometry)
-        unit = objective.length_unit
-        self.limit = passive_limit(
-            discretisation.radii / unit, discretisation.domain.radius / unit, objective.interface_width / unit
+        self.limit = discretisation.domain.passive_bound(
+            discretisation.quadrature_points, objective.interface_width, objective.length_unit
         )
         self.weight = objective.passive_weight
 
     def room(self, chi: Floats) -> Floats:
         """How far χ lies below the bound at the quadrature points, (n_cells, n_q); negative beyond it."""
-        return self.limit[self._geometry.section] - self._points.at(chi)
+        return self.limit[self._geometry.cell_class] - self._points.at(chi)
 
     def share(self, chi: Floats) -> float:
         """Share of the solid {χ > 0} that lies in the passive core, where the bound is negative."""
         volume = self._points.volumes * (self._points.at(chi) > 0.0)
         solid = float(volume.sum())
-        return float(volume[self.limit[self._geometry.section] < 0.0].sum()) / solid if solid > 0.0 else 0.0
-
-
-def passive_limit(radii: Floats, radius: float, interface_width: float) -> Floats:
-    """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R).
-
-    Args:
-        radii: r at any points; this and the other lengths in the unit of the paper's numbers.
-        radius: R.
-        interface_width: L_i.
-    """
-    smooth_radius = -smooth_minimum(radii, -radii, interface_width)
-    return 8.0 / interface_width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
+        return float(volume[self.limit[self._geometry.cell_class] < 0.0].sum()) / solid if solid > 0.0 else 0.0
 
 
 @njit(cache=True, inline="always")

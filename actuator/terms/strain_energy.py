@@ -34,7 +34,7 @@ def strain_energy_excess(geometry, c, chi, u):
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     total, largest = np.zeros(n_cells), np.zeros(n_cells)
     for e in prange(n_cells):
-        s = geometry.section[e]
+        s = geometry.cell_class[e]
         F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(n_q):
             deformation_gradient(u, geometry.node_cells[e], geometry.gradient20[s, q], F)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from pipeline.case import text as case_text
 from pipeline.exit_codes import shown
+from stages.section import Kinds
 
 
 @dataclass(frozen=True)
@@ -83,18 +86,14 @@ class Messages:
             written.append(part)
             field = model.model_fields.get(part) if _is_section(model) else None
             model = field.annotation if field else None
-            if field and field.discriminator:
-                model = self._kinds(tuple(written)).get(next(parts, None))
+            if field and (kinds := _kinds_of(field)):
+                model = kinds.get(next(parts, None))
         return model if _is_section(model) else None, tuple(written)
 
-    def _kinds(self, path: case_text.Path) -> dict[Any, type[BaseModel]]:
-        """The kinds of a section that comes in several, by name."""
+    def _kinds(self, path: case_text.Path) -> Mapping[Any, type[BaseModel]]:
         parent, _ = self.section(path[:-1])
         field = parent.model_fields.get(str(path[-1])) if parent else None
-        if field is None or not isinstance(field.discriminator, str):
-            return {}
-        kinds = get_args(field.annotation)
-        return {name: kind for kind in kinds for name in get_args(kind.model_fields[field.discriminator].annotation)}
+        return _kinds_of(field) if field else {}
 
     def _keys(self, path: case_text.Path) -> list[str]:
         """The keys a section may have."""
@@ -105,6 +104,11 @@ class Messages:
 
 def _is_section(model: Any) -> bool:
     return isinstance(model, type) and issubclass(model, BaseModel)
+
+
+def _kinds_of(field: FieldInfo) -> Mapping[Any, type[BaseModel]]:
+    """The kinds by name of a section that comes in several; none if it does not."""
+    return next((mark.known for mark in field.metadata if isinstance(mark, Kinds)), {})
 
 
 def kind_of(value: Any) -> str:

@@ -199,9 +199,10 @@ def case_schema() -> str:
     """JSON Schema of the case file, for editors and other programs."""
     found = case_type().model_json_schema()
     for section, field in found["properties"].items():
-        if reference := field.get("$ref"):
-            # The model's own title is the name of a Python class.
-            found["$defs"][reference.rpartition("/")[2]]["title"] = f"Section {section}"
+        for each in (field, *field.get("oneOf", ())):
+            if reference := each.get("$ref"):
+                # The model's own title is the name of a Python class.
+                found["$defs"][reference.rpartition("/")[2]]["title"] = f"Section {section}"
     endings = "|".join(map(re.escape, reserved_endings()))
     found["properties"]["name"]["not"] = {"pattern": f"({endings})$"}
     named = {"$schema": SCHEMA_LANGUAGE, "$id": SCHEMA_ID} | found | {"title": "Case file of poro"}

@@ -33,7 +33,7 @@ def program() -> typer.Typer:
     stages.register(app)
     results.register(app)
     parts.register(app)
-    app.command()(fit.fit)
+    app.command(cls=fit.FitCommand)(fit.fit)
     app.command()(compare.compare)
     app.command()(schema)
     study.register(app)

@@ -1,4 +1,4 @@
-"""What the shell offers where a case or an artifact is due."""
+"""What the shell offers where a case, an artifact or a law is due."""
 
 from __future__ import annotations
 
@@ -24,6 +24,14 @@ def artifacts(incomplete: str) -> list[str]:
 def studies(incomplete: str) -> list[str]:
     """YAML files and folders that begin as what is typed."""
     return _files(incomplete, STUDY_ENDINGS)
+
+
+def laws(incomplete: str) -> list[str]:
+    """Material laws that ``poro fit`` knows and that begin as what is typed, and the word for all of them."""
+    from stages.fit import ALL  # the settings: only where they are asked for
+    from stages.laws import LAWS
+
+    return [name for name in (ALL, *LAWS) if name.startswith(incomplete)]
 
 
 def _files(incomplete: str, endings: tuple[str, ...]) -> list[str]:

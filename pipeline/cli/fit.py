@@ -3,17 +3,40 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
+from typer.core import TyperCommand
+
+from pipeline.cli import completion
 
 #: Units of stress.
 StressUnit = Literal["MPa", "kPa", "Pa"]
 
 
+class FitCommand(TyperCommand):
+    """The command, which looks the names of the laws up when it is asked for: a program may have added some."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The parameters, with the laws that there are in the place of the value of ``--law``."""
+        found = super().get_params(ctx)
+        for parameter in found:
+            if parameter.name == "law":
+                parameter.metavar = f"<{'|'.join(completion.laws(''))}>"
+        return found
+
+
+def _known(law: str) -> str:
+    if law not in (known := completion.laws("")):
+        raise typer.BadParameter(f"'{law}' is not one of {', '.join(map(repr, known))}.")
+    return law
+
+
 def fit(
     data: Annotated[Path, typer.Argument(metavar="CSV", help="Columns stretch (or strain) and engineering stress.")],
-    law: Annotated[str, typer.Option("--law", help="Law to fit, or all.")] = "all",
+    law: Annotated[
+        str, typer.Option("--law", help="Law to fit.", callback=_known, autocompletion=completion.laws)
+    ] = "all",
     terms: Annotated[int, typer.Option("--terms", help="Most terms of the Ogden law, 1 to 3.")] = 2,
     unit: Annotated[
         StressUnit | None, typer.Option("--unit", help="Unit of the stress, unless the header has it. Default: MPa.")

@@ -28,35 +28,33 @@ COILS = 9
 def arm_figure(design: Design) -> Figure:
     """Side view: the deformed actuator, arm and spring, and where they were without pressure, dashed."""
     domain, (_, load, _) = design.domain, design.case.optimize.parameters()
-    radius, length, reach = domain.radius, domain.length, load.arm_length
+    size, length, reach = domain.size, domain.length, load.arm_length
     shape = design.shape
     _, moved = fields_at(design, shape.vertices)
     figure = Figure(figsize=(10.0, 4.5), dpi=110, layout="constrained")
     axes = figure.subplots()
     paint(axes, Surface(shape.vertices + moved, shape.triangles), SIDE, BODY, zorder=2)
     _silhouette(axes, shape.vertices[:, [0, 2]], shape.triangles)
-    _support(axes, radius)
-    _arm(axes, np.zeros(3), radius, length, reach, ghost=True)
-    _arm(axes, design.arm, radius, length, reach, ghost=False)
+    _support(axes, size)
+    _arm(axes, np.zeros(3), size, length, reach, ghost=True)
+    _arm(axes, design.arm, size, length, reach, ghost=False)
     end = _placed(design.arm, length, np.array([[reach, 0.0]]))[0]
-    top = 0.85 * radius
+    top = 0.85 * size
     if load.spring_stiffness > 0.0:
-        _spring(axes, end, top, radius)
-        _measure(axes, (length + reach + 0.3 * radius, 0.0), (length + reach + 0.3 * radius, end[1]))
-        axes.text(
-            length + reach + 0.38 * radius, 0.5 * end[1], f"elongation\n{-end[1]:.2f} mm", color=SIZE, va="center"
-        )
-    below = -1.18 * radius
+        _spring(axes, end, top, size)
+        _measure(axes, (length + reach + 0.3 * size, 0.0), (length + reach + 0.3 * size, end[1]))
+        axes.text(length + reach + 0.38 * size, 0.5 * end[1], f"elongation\n{-end[1]:.2f} mm", color=SIZE, va="center")
+    below = -1.18 * size
     _measure(axes, (0.0, below), (length, below))
-    axes.text(0.5 * length, below - 0.05 * radius, "L", color=SIZE, ha="center", va="top")
-    over = 0.34 * radius
+    axes.text(0.5 * length, below - 0.05 * size, "L", color=SIZE, ha="center", va="top")
+    over = 0.34 * size
     _measure(axes, (length, over), (length + reach, over))
-    axes.text(length + 0.5 * reach, over + 0.05 * radius, "L_arm", color=SIZE, ha="center", va="bottom")
+    axes.text(length + 0.5 * reach, over + 0.05 * size, "L_arm", color=SIZE, ha="center", va="bottom")
     _angle(axes, design.arm, length, reach)
     axes.set(aspect="equal", xlabel="x1 [mm]", ylabel="x3 [mm]")
-    axes.set_xlim(-0.35 * radius, length + reach + 1.3 * radius)
-    low = min(below - 0.3 * radius, end[1] - 0.15 * radius)
-    axes.set_ylim(low, 1.2 * radius)
+    axes.set_xlim(-0.35 * size, length + reach + 1.3 * size)
+    low = min(below - 0.3 * size, end[1] - 0.15 * size)
+    axes.set_ylim(low, 1.2 * size)
     rest = Line2D([], [], color=GHOST, linestyle="--", linewidth=0.9, label="without pressure")
     axes.legend(handles=[rest], frameon=False, loc="lower center")
     for side in ("top", "right"):
@@ -71,10 +69,10 @@ def _placed(arm: Floats, length: float, local: Floats) -> Floats:
     return np.asarray(local @ turn.T + np.array([length + t1, t3]))
 
 
-def _arm(axes: Axes, arm: Floats, radius: float, length: float, reach: float, *, ghost: bool) -> None:
-    thick, half = 0.08 * radius, 0.05 * radius
-    outline = [(0.0, radius), (thick, radius), (thick, half), (reach, half), (reach, -half), (thick, -half)]
-    outline += [(thick, -radius), (0.0, -radius)]
+def _arm(axes: Axes, arm: Floats, size: float, length: float, reach: float, *, ghost: bool) -> None:
+    thick, half = 0.08 * size, 0.05 * size
+    outline = [(0.0, size), (thick, size), (thick, half), (reach, half), (reach, -half), (thick, -half)]
+    outline += [(thick, -size), (0.0, -size)]
     corners = _placed(arm, length, np.array(outline))
     if ghost:
         axes.add_patch(
@@ -107,8 +105,8 @@ def _shadow(plane: Floats, triangles: NDArray[np.int64], x: Floats, z: Floats) -
     return np.asarray(image, dtype=np.float64)
 
 
-def _support(axes: Axes, radius: float) -> None:
-    deep, high = 0.22 * radius, 1.15 * radius
+def _support(axes: Axes, size: float) -> None:
+    deep, high = 0.22 * size, 1.15 * size
     _hatched(axes, (-deep, -high), deep, 2.0 * high)
     axes.plot([0.0, 0.0], [-high, high], color=GROUND, linewidth=1.6, zorder=4)
 
@@ -119,17 +117,17 @@ def _hatched(axes: Axes, corner: tuple[float, float], width: float, height: floa
     axes.add_patch(ground)
 
 
-def _spring(axes: Axes, end: Floats, top: float, radius: float) -> None:
+def _spring(axes: Axes, end: Floats, top: float, size: float) -> None:
     """A spring straight above a point, since the one of the model resists the motion along X3 only."""
-    wide, straight = 0.11 * radius, 0.12 * (top - end[1])
+    wide, straight = 0.11 * size, 0.12 * (top - end[1])
     along = np.linspace(end[1] + straight, top - straight, 2 * COILS + 1)
     across = np.where(np.arange(2 * COILS + 1) % 2 == 0, -wide, wide)
     across[[0, -1]] = 0.0
     z, x = np.concatenate([[end[1]], along, [top]]), end[0] + np.concatenate([[0.0], across, [0.0]])
     axes.plot(x, z, color=SPRING, linewidth=1.3, zorder=4)
-    _hatched(axes, (end[0] - 0.4 * radius, top), 0.8 * radius, 0.14 * radius)
-    axes.plot([end[0] - 0.4 * radius, end[0] + 0.4 * radius], [top, top], color=GROUND, linewidth=1.6)
-    axes.text(end[0] + 0.18 * radius, 0.55 * top, "k_sp", color=SPRING, ha="left", va="center")
+    _hatched(axes, (end[0] - 0.4 * size, top), 0.8 * size, 0.14 * size)
+    axes.plot([end[0] - 0.4 * size, end[0] + 0.4 * size], [top, top], color=GROUND, linewidth=1.6)
+    axes.text(end[0] + 0.18 * size, 0.55 * top, "k_sp", color=SPRING, ha="left", va="center")
 
 
 def _measure(axes: Axes, one: tuple[float, float], other: tuple[float, float]) -> None:

@@ -10,8 +10,17 @@ from matplotlib.figure import Figure
 
 from pipeline.figures.offscreen import reduce_colours
 from stages.fit import Result
+from stages.laws import LAWS
 
-COLOURS = {"neo-hooke": "#7f7f7f", "mooney-rivlin": "#1f4e79", "yeoh": "#c55a11", "ogden": "#2e7d32"}
+#: Every law has a style of its own: the colours in the order in which laws are registered, then with other strokes.
+COLOURS = ("#7f7f7f", "#1f4e79", "#c55a11", "#2e7d32", "#7b1fa2", "#00838f", "#b71c1c", "#9e9d24")
+STROKES = ("-", "--", "-.", ":")
+
+
+def style_of(law: str) -> tuple[str, str]:
+    """Colour and stroke of a registered law."""
+    stroke, colour = divmod(list(LAWS).index(law), len(COLOURS))
+    return COLOURS[colour], STROKES[stroke % len(STROKES)]
 
 
 def draw(result: Result, target: Path) -> None:
@@ -27,9 +36,10 @@ def draw(result: Result, target: Path) -> None:
     above.plot(stretch, stress, "o", color="black", markersize=4, label="measured", zorder=3)
     fine = np.linspace(min(1.0, stretch[0]), max(1.0, stretch[-1]), 300)
     for fit in result.fits:
+        colour, stroke = style_of(fit.name)
         label = f"{fit.name}, R² = {fit.r_squared:.4f}"
-        above.plot(fine, fit.stress(fine), color=COLOURS[fit.name], linewidth=1.4, label=label)
-        below.plot(stretch, fit.stress(stretch) - stress, ".-", color=COLOURS[fit.name], linewidth=0.8)
+        above.plot(fine, fit.stress(fine), stroke, color=colour, linewidth=1.4, label=label)
+        below.plot(stretch, fit.stress(stretch) - stress, f".{stroke}", color=colour, linewidth=0.8)
     above.set(ylabel="engineering stress [N/mm²]")
     below.set(xlabel="stretch [-]", ylabel="law - measured [N/mm²]")
     below.axhline(0.0, color="black", linewidth=0.6)

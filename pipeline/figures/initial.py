@@ -1,16 +1,18 @@
-"""The initial design of Appendix C in the design domain: as a solid, and its section with the mesh's cylinder."""
+"""The initial design of Appendix C in the design domain: as a solid, and its sections across and along the axis."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle, Wedge
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.path import Path
 from scipy.special import expit
 
-from actuator.domains.initial_design import initial_design
-from actuator.domains.source import pressure_source
-from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
+from actuator.arrays import Floats
+from actuator.geometry.outer_triangles import outer_triangles
 from actuator.geometry.zero_set import solid_boundary
 from pipeline.figures.offscreen import ABOVE, BODY
 from pipeline.figures.painting import paint, projection
@@ -19,75 +21,78 @@ from pipeline.results.design import Design
 EDGE, DOMAIN, SOURCE = "#2f7fc1", "#3a3f45", "#c00000"
 #: Points across a section.
 FINE = 401
+#: Turn of the outline at a point from which an edge of the domain runs along X1, as its cosine.
+SHARP = np.cos(np.radians(30.0))
 
 
 def initial_figure(design: Design) -> Figure:
-    """Half the initial solid in the domain, the section across the axis, and the one in the symmetry plane."""
-    domain, (material, _, limits) = design.domain, design.case.optimize.parameters()
-    radius, length, widths = domain.radius, domain.length, (limits.interface_width, limits.length_unit)
+    """The initial solid in the domain, half of it if half is modelled; sections across the axis and in X2 = 0."""
+    domain = design.domain
     figure = Figure(figsize=(11.0, 4.2), dpi=110, layout="constrained")
     solid, across, along = figure.subplots(1, 3, width_ratios=(1.25, 1.3, 1.0))
-    _solid(solid, design, widths)
-    line = np.linspace(-radius, radius, FINE)
-    x2, x3 = np.meshgrid(line, line)
-    points = np.stack([np.zeros(x2.size), x2.ravel(), x3.ravel()], axis=1)
-    chi = initial_design(points, radius, *widths).reshape(x2.shape)
-    density = np.where(np.hypot(x2, x3) <= radius, expit(chi), np.nan)
-    image = across.pcolormesh(x2, x3, density, cmap="Greys", vmin=0.0, vmax=1.0, shading="gouraud", rasterized=True)
-    round_ = Wedge((0.0, 0.0), radius, 0.0, 360.0, facecolor="none", edgecolor=DOMAIN, linewidth=1.0)
-    across.add_patch(round_)
-    image.set_clip_path(round_)
-    across.contour(x2, x3, np.where(np.hypot(x2, x3) <= radius, chi, np.nan), levels=[0.0], colors=EDGE, linewidths=1.4)
-    fed = _source_radius(radius, material.drainage)
-    across.add_patch(Wedge((0.0, 0.0), fed, 0.0, 360.0, facecolor=SOURCE, alpha=0.25, edgecolor=SOURCE))
-    across.text(0.0, -1.25 * fed, "source", color=SOURCE, ha="center", va="top")
-    across.axvline(0.0, color=DOMAIN, linewidth=0.7, linestyle=":")
+    _solid(solid, design)
+    rings = [domain.outline()]
+    if domain.mirrored:
+        rings.append(rings[0] * (-1.0, 1.0))
+    (left, low), (right, high) = (function(np.concatenate(rings), axis=0) for function in (np.min, np.max))
+    x2, x3 = np.meshgrid(np.linspace(left, right, FINE), np.linspace(low, high, FINE))
+    places = np.stack([np.full_like(x2, 0.5 * domain.length), x2, x3], axis=-1)
+    inside = np.any([Path(ring).contains_points(places[..., 1:].reshape(-1, 2), radius=1e-9) for ring in rings], axis=0)
+    image = _density(across, design, (x2, x3), places, inside.reshape(x2.shape))
+    outline = Path.make_compound_path(*(Path(ring, closed=False) for ring in rings))
+    frame = PathPatch(outline, fill=False, edgecolor=DOMAIN, linewidth=1.0)
+    across.add_patch(frame)
+    image.set_clip_path(frame)
+    if domain.mirrored:
+        across.axvline(0.0, color=DOMAIN, linewidth=0.7, linestyle=":")
     across.set(aspect="equal", title="section across the axis", xlabel="X2 [mm]", ylabel="X3 [mm]")
     across.margins(0.04)
-    profile = initial_design(np.stack([0.0 * line, 0.0 * line, line], axis=1), radius, *widths)
-    ends = np.array([0.0, length])
-    along.pcolormesh(
-        ends,
-        line,
-        np.tile(expit(profile)[:, None], 2),
-        cmap="Greys",
-        vmin=0.0,
-        vmax=1.0,
-        shading="gouraud",
-        rasterized=True,
-    )
-    along.contour(ends, line, np.tile(profile[:, None], 2), levels=[0.0], colors=EDGE, linewidths=1.4)
-    along.add_patch(Rectangle((0.0, -fed), length, 2.0 * fed, facecolor=SOURCE, alpha=0.25, edgecolor=SOURCE))
-    along.text(0.5 * length, 0.0, "source", color=SOURCE, ha="center", va="center")
-    along.add_patch(Rectangle((0.0, -radius), length, 2.0 * radius, fill=False, edgecolor=DOMAIN, linewidth=1.0))
-    along.set(aspect="equal", title="symmetry plane X2 = 0", xlabel="X1 [mm]")
+    x1, x3 = np.meshgrid(np.linspace(0.0, domain.length, FINE), np.linspace(low, high, FINE))
+    _density(along, design, (x1, x3), np.stack([x1, 0.0 * x1, x3], axis=-1))
+    along.add_patch(Rectangle((0.0, low), domain.length, high - low, fill=False, edgecolor=DOMAIN, linewidth=1.0))
+    along.set(aspect="equal", title="plane X2 = 0", xlabel="X1 [mm]")
     along.margins(0.04)
     figure.colorbar(image, ax=[across, along], label="density ρ", shrink=0.8)
     return figure
 
 
-def _source_radius(radius: float, drainage: float) -> float:
-    """Where the source of Eq. (A.1) has fallen to half its strength, mm."""
-    radii = np.linspace(0.0, radius, FINE)
-    strength = pressure_source(radii, radius, drainage)
-    return float(radii[strength >= 0.5 * strength[0]].max())
+def _density(axes: Axes, design: Design, plane: tuple[Floats, Floats], places: Floats, inside: Any = True) -> Any:
+    """Density, outline of the solid and source of Eq. (A.1) where it has at least half its strength, in a plane.
+
+    Args:
+        axes: to draw on.
+        design: whose initial design it is.
+        plane: coordinates in the plane, (n, m) each.
+        places: the same points in the domain, (n, m, 3), or their mirror images.
+        inside: which of them lie in the domain, (n, m).
+    """
+    domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
+    if domain.mirrored:
+        places = np.stack([places[..., 0], np.abs(places[..., 1]), places[..., 2]], axis=-1)
+    chi = domain.initial_design(places, limits.interface_width, limits.length_unit)
+    image = axes.pcolormesh(*plane, expit(chi), cmap="Greys", vmin=0.0, vmax=1.0, shading="gouraud", rasterized=True)
+    axes.contour(*plane, np.where(inside, chi, np.nan), levels=[0.0], colors=EDGE, linewidths=1.4)
+    strength = domain.inlet(places)
+    axes.contourf(*plane, strength, levels=[0.5, 2.0], colors=SOURCE, alpha=0.25)
+    fed = strength >= 0.5
+    axes.text(plane[0][fed].mean(), plane[1][fed].mean(), "source", color=SOURCE, ha="center", va="center")
+    return image
 
 
-def _solid(axes: Axes, design: Design, widths: tuple[float, float]) -> None:
-    domain = design.domain
-    radius, length = domain.radius, domain.length
-    tets = tetrahedra(domain)
-    half = solid_boundary(
-        domain.points, tets, outer_triangles(domain, tets), initial_design(domain.points, radius, *widths)
-    )
-    paint(axes, half, ABOVE, BODY, zorder=2)
-    rows = projection(ABOVE)[:2]
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 91)
-    for x1, order in ((0.0, 1), (length, 3)):
-        arc = np.stack([np.full_like(angle, x1), radius * np.cos(angle), radius * np.sin(angle)])
-        axes.plot(*(rows @ arc), color=DOMAIN, linewidth=0.9, zorder=order)
-        axes.plot(*(rows @ arc[:, [0, -1]]), color=DOMAIN, linewidth=0.9, zorder=3)
-    for x3 in (-radius, radius):
-        axes.plot(*(rows @ np.array([[0.0, length], [0.0, 0.0], [x3, x3]])), color=DOMAIN, linewidth=0.9, zorder=3)
-    axes.set(aspect="equal", title="initial solid in the half cylinder")
+def _solid(axes: Axes, design: Design) -> None:
+    domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
+    chi = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
+    tets = domain.tetrahedra().corners
+    paint(axes, solid_boundary(domain.points, tets, outer_triangles(domain, tets), chi), ABOVE, BODY, zorder=2)
+    rows, ring = projection(ABOVE)[:2], domain.outline()
+    closed = np.concatenate([ring, ring[:1]])
+    for x1, order in ((0.0, 1), (domain.length, 3)):
+        end = np.column_stack([np.full(len(closed), x1), closed])
+        axes.plot(*(rows @ end.T), color=DOMAIN, linewidth=0.9, zorder=order)
+    sides = np.roll(ring, -1, axis=0) - ring
+    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    for corner in ring[(sides * np.roll(sides, 1, axis=0)).sum(axis=1) < SHARP]:
+        edge = np.array([[0.0, *corner], [domain.length, *corner]])
+        axes.plot(*(rows @ edge.T), color=DOMAIN, linewidth=0.9, zorder=3)
+    axes.set(aspect="equal", title="initial solid in the domain")
     axes.set_axis_off()

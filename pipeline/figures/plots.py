@@ -197,8 +197,9 @@ def section(design: Design) -> Figure:
 def _pieces(design: Design) -> tuple[Floats, Floats, Floats, Floats]:
     """Points (n, 2), χ, p/p_in and displacements (n, 2) of all facets in the plane, each cut into a square grid."""
     mesh = design.domain.mesh
-    facets = mesh.facets[:, mesh.boundary_facets()]
-    facets = facets[:, (mesh.p[1, facets] == 0.0).all(axis=0)].T  # (n_facets, 4)
+    facets = mesh.facets[:, (mesh.p[1, mesh.facets] == 0.0).all(axis=0)].T  # (n_facets, 4)
+    if not len(facets):
+        raise NoPicture("no facet of the mesh lies in the plane X2 = 0")
     corners = mesh.p[[0, 2]][:, facets].transpose(1, 2, 0)
     middle = corners.mean(axis=1, keepdims=True)
     around = np.argsort(np.arctan2(*np.moveaxis(corners - middle, 2, 0)[::-1]), axis=1)
@@ -222,6 +223,7 @@ def _corners(design: Design) -> dict[str, NDArray[np.generic]]:
         "chi": design.chi,
         "pressure": design.pressure,
         "displacement": design.displacement,
+        "mirrored": np.array(design.domain.mirrored),
     }
 
 

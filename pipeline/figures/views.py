@@ -31,16 +31,16 @@ def draw(arrays: dict[str, np.ndarray], png: Path) -> None:
     grid = pyvista.UnstructuredGrid(cells.ravel(), kinds, arrays["points"])
     for name in ("chi", "pressure", "displacement"):
         grid.point_data[name] = arrays[name]
-    half = grid.clip_scalar(scalars="chi", value=0.0, invert=False)
-    bent = half.warp_by_vector("displacement")
+    solid = grid.clip_scalar(scalars="chi", value=0.0, invert=False)
+    bent = solid.warp_by_vector("displacement")
     plotter = pyvista.Plotter(off_screen=True, shape=(2, 2), border=False, window_size=list(SIZE))
     for place, (name, direction, up) in enumerate(VIEWS):
         plotter.subplot(*divmod(place, 2))
-        for piece in _whole(half):
+        for piece in _whole(solid, arrays["mirrored"]):
             plotter.add_mesh(piece, color=BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
         _look(plotter, direction, up, name)
     plotter.subplot(1, 1)
-    for piece in _whole(bent):
+    for piece in _whole(bent, arrays["mirrored"]):
         plotter.add_mesh(
             piece,
             scalars="pressure",
@@ -56,10 +56,10 @@ def draw(arrays: dict[str, np.ndarray], png: Path) -> None:
     plotter.screenshot(png)
 
 
-def _whole(half: pyvista.UnstructuredGrid) -> tuple[pyvista.PolyData, pyvista.PolyData]:
-    """Surface of a half and of its mirror image."""
-    surface = half.extract_surface(algorithm="dataset_surface")
-    return surface, surface.reflect((0.0, 1.0, 0.0), point=(0.0, 0.0, 0.0))
+def _whole(solid: pyvista.UnstructuredGrid, mirrored: np.ndarray) -> list[pyvista.PolyData]:
+    """Surface of what is modelled, and of its mirror image if that is a half."""
+    surface = solid.extract_surface(algorithm="dataset_surface")
+    return [surface, surface.reflect((0.0, 1.0, 0.0), point=(0.0, 0.0, 0.0))] if mirrored else [surface]
 
 
 def _look(plotter: pyvista.Plotter, direction: tuple[float, ...], up: tuple[float, ...], name: str) -> None:

@@ -46,10 +46,7 @@ class Report:
                 f"  {found.name:<14}{found.youngs_modulus:>10.4g}{found.r_squared:>10.5f}"
                 f"{found.root_mean_square:>10.3g}{largest:>26}{aicc:>9}"
             )
-            values = ", ".join(
-                f"{key} {value:.5g}" + ("" if key.startswith("alpha") else " N/mm²")
-                for key, value in found.coefficients.items()
-            )
+            values = ", ".join(f"{key} {value:.5g} {unit}".rstrip() for key, (value, unit) in found.literature.items())
             lines.append(f"    {values}")
             lines += [f"    warning: {sentence}" for sentence in found.warnings]
         lines += [f"  {name}: not fitted. {sentence}" for name, sentence in result.left_out.items()]

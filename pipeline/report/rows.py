@@ -130,7 +130,7 @@ def opening(design: Design, reference: Reference | None) -> str:
     """What the report is of, in a paragraph."""
     summary, case = design.summary, design.case
     _, load, limits = case.optimize.parameters()
-    cells = design.domain.section_cells * design.domain.layers
+    cells = design.domain.mesh.nelements
     whose = "a design of its own"
     if reference:
         whose = f"the paper's actuator for an allowable strain of {100 * reference.strain_limit:g} %"

@@ -99,20 +99,20 @@ def model_of(design: Design) -> Model:
     if design.case.export.islands == "remove":
         whole, removed = without_islands(whole)
         islands = len(removed)
-    tolerance = TOLERANCE * design.domain.radius
+    tolerance = TOLERANCE * design.domain.size
     simple, off = decimated(whole, tolerance)
-    while len(simple.triangles) > MOST and tolerance < 0.1 * design.domain.radius:
+    while len(simple.triangles) > MOST and tolerance < 0.1 * design.domain.size:
         tolerance *= 2.0
         simple, off = decimated(whole, tolerance)
 
     def state(points: Floats) -> Floats:
         """Pressure over p_in and displacement over R."""
         fields, moved = fields_at(design, points)
-        return np.column_stack([fields["pressure"], moved / design.domain.radius])
+        return np.column_stack([fields["pressure"], moved / design.domain.size])
 
     # A flat end needs few triangles, but the pressure falls steeply there.
-    simple, values = split_where_curved(simple, state, LINEAR, TOLERANCE * design.domain.radius)
-    moved = simple.vertices + design.domain.radius * values[:, 1:]
+    simple, values = split_where_curved(simple, state, LINEAR, TOLERANCE * design.domain.size)
+    moved = simple.vertices + design.domain.size * values[:, 1:]
     return Model(simple, moved, values[:, 0], len(whole.triangles), off, islands)
 
 

@@ -12,7 +12,7 @@ from pipeline.case.model import Case, stored_case
 from pipeline.store import artifact, contents
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
 
 
@@ -22,7 +22,7 @@ class Design:
 
     Attributes:
         name: of the case.
-        domain: half cylinder.
+        domain: the mesh of the optimisation.
         chi: χ at the vertices, (n_vertices,).
         pressure: p over the source pressure at the vertices, (n_vertices,).
         displacement: u at the vertices, (n_vertices, 3), mm.
@@ -33,7 +33,7 @@ class Design:
     """
 
     name: str
-    domain: HalfCylinder
+    domain: Domain
     chi: Floats
     pressure: Floats
     displacement: Floats

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from stages.settings import DomainSettings, ProblemSettings
+from stages.domains import DomainSettings, HalfCylinderSettings
+from stages.settings import ProblemSettings
 
 CITATION = "Mehta & Poulios, arXiv:2605.20101"
 
@@ -65,6 +66,8 @@ TABLE_1: dict[str, dict[str, float]] = {
 
 def reference_of(problem: ProblemSettings) -> Reference | None:
     """The paper's design of the same problem, on whatever mesh; None if the problem is another one."""
+    if not isinstance(problem.domain, HalfCylinderSettings):
+        return None
     found = problem.model_dump()
     for section, keys in TABLE_1.items():
         if any(not _same(found[section][key], value) for key, value in keys.items()):
@@ -74,8 +77,7 @@ def reference_of(problem: ProblemSettings) -> Reference | None:
 
 def on_the_papers_mesh(domain: DomainSettings) -> bool:
     """Whether the mesh has the paper's cells: 528 in the section, 18 layers."""
-    m, k = domain.core_cells, domain.rings
-    return 2 * m * (m + 2 * k) == CELLS // 18 and domain.layers == 18
+    return isinstance(domain, HalfCylinderSettings) and (domain.cells, domain.layers) == (CELLS, 18)
 
 
 def _same(one: Any, other: float) -> bool:

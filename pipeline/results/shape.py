@@ -44,4 +44,5 @@ def fields_at(design: Design, points: Floats) -> tuple[dict[str, Floats], Floats
     factor = design.case.refine.factor
     fine, carry = design.domain.refined(factor), design.domain.prolongation(factor)
     fields = {"pressure": carry @ design.pressure, "density": expit(carry @ design.chi)}
-    return sampled(fine.points, fine.cells[:, vtk_order()[:8]], points, fields, carry @ design.displacement)
+    cells, moved = fine.cells[:, vtk_order()[:8]], carry @ design.displacement
+    return sampled(fine.points, cells, points, fields, moved, mirrored=fine.mirrored)

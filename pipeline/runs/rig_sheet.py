@@ -12,6 +12,7 @@ import stages.rig
 from pipeline.exit_codes import Fault
 from pipeline.runs.job import Job
 from pipeline.store import atomic, contents
+from stages.domains import DomainSettings
 
 
 def write(job: Job, path: Path) -> dict[str, Any]:
@@ -24,20 +25,23 @@ def write(job: Job, path: Path) -> dict[str, Any]:
     assert case.rig.youngs_modulus is not None
     scale, modulus = case.export.scale, case.rig.youngs_modulus
     sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, _elongation(job))
-    atomic.write_bytes(path, as_markdown(case.name, sheet, case.rig).encode())
-    return {key: None if value == math.inf else value for key, value in asdict(sheet).items()}
+    atomic.write_bytes(path, as_markdown(case.name, sheet, case.rig, case.domain).encode())
+    found = asdict(sheet)
+    found |= found.pop("lengths")
+    return {key: None if value == math.inf else value for key, value in found.items()}
 
 
-def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings) -> str:
+def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings, domain: DomainSettings) -> str:
     """The sheet as a table."""
+    # A field's description begins with its symbol: "R, domain radius [mm]".
+    symbols = {key: str(type(domain).model_fields[key].description).partition(",")[0] for key in sheet.lengths}
     plate = f"{spring.spring_thickness:g} mm thick, {spring.spring_width:g} mm wide, {spring.spring_modulus:g} N/mm²"
     length = f"{sheet.spring_length:.1f} mm" if math.isfinite(sheet.spring_length) else "no spring"
     travel = "not known" if sheet.spring_travel is None else f"{sheet.spring_travel:.2f} mm"
     rows = [
         ("size of the part over size of the domain", f"{sheet.scale:g}"),
         ("initial Young's modulus of the print", f"{sheet.youngs_modulus:g} N/mm²"),
-        ("radius R", f"{sheet.radius:g} mm"),
-        ("length L", f"{sheet.length:g} mm"),
+        *((f"{key} {symbols[key]}", f"{value:g} mm") for key, value in sheet.lengths.items()),
         ("arm L_arm, from the glued face", f"{sheet.arm_length:g} mm"),
         ("pressure p_in", f"{sheet.pressure:.3g} kPa"),
         ("spring at the arm's end, whole actuator", f"{sheet.spring_stiffness:.4g} N/mm"),

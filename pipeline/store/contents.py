@@ -18,7 +18,7 @@ from stages import datasets
 from stages.datasets import Dataset
 
 if TYPE_CHECKING:
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,17 @@ class Stored:
         self._refuse_not_finite({f"{group}/{name}": values for name, values in found.items()})
         return found
 
+    def fault(self, sentence: str) -> Fault:
+        """What is wrong with the artifact, and the remedy; without its name and full stop."""
+        return Fault(ExitCode.ARTIFACT, f"{self.path}: {sentence}.")
+
     def _refuse_not_finite(self, found: Mapping[str, Any]) -> None:
         for name, values in found.items():
             if isinstance(values, np.ndarray) and values.dtype.kind == "f":
                 refuse_not_finite(self.path, name, values)
 
 
-def design(path: Path, stage: str) -> tuple[HalfCylinder, Floats]:
+def design(path: Path, stage: str) -> tuple[Domain, Floats]:
     """Domain and χ at its vertices from the artifact of ``optimize`` or ``refine``.
 
     Raises:

@@ -62,7 +62,9 @@ def run(sweep: Sweep, variants: tuple[Variant, ...], jobs: int | None) -> None:
         )
         if not waiting:
             return
-        compile_kernels()  # once, not in every process
+        laws = (variant.case.parameters()[0].law for variant in waiting)
+        for law in {type(law): law for law in laws}.values():
+            compile_kernels(law)  # once, not in every process
         try:
             sweep.run(waiting, jobs, reporter)
         except KeyboardInterrupt:

@@ -12,8 +12,8 @@ from small_case import small_objective, start_of
 from benchmarks import optimiser, readings, tables
 from benchmarks.gradient_descent import GradientDescent
 from benchmarks.optimiser import Race, prolonged, reached, read, variants, write
+from stages.domains import HalfCylinderSettings
 from stages.optimize import Settings
-from stages.settings import DomainSettings
 
 
 def test_gradients_alone_lower_the_objective() -> None:
@@ -67,7 +67,7 @@ def test_all_variants_get_the_same_time(tmp_path: Path, monkeypatch: pytest.Monk
         monkeypatch.setattr(module, "RESULTS", tmp_path)
     monkeypatch.setattr(optimiser, "COARSE", (2, 2, 3))
     monkeypatch.setattr(optimiser, "COARSE_UPDATES", 1)
-    settings = Settings(domain=DomainSettings(radius=15.0, length=15.0, core_cells=3, rings=2, layers=4))
+    settings = Settings(domain=HalfCylinderSettings(radius=15.0, length=15.0, core_cells=3, rings=2, layers=4))
     every = variants(settings)
     assert len(every) == 6
     race = Race(settings, {name: every[name] for name in every if "at most" not in name})
@@ -85,7 +85,7 @@ def test_all_variants_get_the_same_time(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("reading", readings.READINGS, ids=lambda reading: f"{reading.what} {reading.value}")
 def test_readings_of_the_paper_change_what_they_say(reading: readings.Reading) -> None:
-    domain = DomainSettings(core_cells=2, rings=1, layers=2)
+    domain = HalfCylinderSettings(core_cells=2, rings=1, layers=2)
     row = readings.found(reading, Settings(domain=domain), 0.0, 1)
     usual = readings.found(readings.READINGS[0], Settings(domain=domain), 0.0, 1)
     assert row["updates"] == 1

@@ -21,12 +21,14 @@ from physics import (
     wavy,
 )
 
-from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.source import pressure_source
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
-from actuator.material.laws.coefficients import Law, MooneyRivlin, Ogden, Yeoh
+from actuator.material.constants import Constants, constants_of
+from actuator.material.laws.mooney_rivlin import MooneyRivlin
+from actuator.material.laws.ogden import Ogden
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from actuator.terms.lagrangian import lagrangian_gradient
 from actuator.terms.strain_energy import strain_energy_excess
 
@@ -38,22 +40,22 @@ LAWS: dict[str, Law] = {
 TINY = 1e-40
 
 
-def coefficients(law: Law, **changes: float) -> Coefficients:
+def coefficients(law: Law, **changes: float) -> Constants:
     material, load, objective = parameters()
-    return Coefficients.of(dataclasses.replace(material, law=law), load, objective)._replace(**changes)
+    return constants_of(dataclasses.replace(material, law=law), load, objective)._replace(**changes)
 
 
-def fields(domain: HalfCylinder) -> tuple[Floats, Floats, Floats]:
+def fields(domain: Domain) -> tuple[Floats, Floats, Floats]:
     rng, n = np.random.default_rng(1), domain.mesh.nvertices
     return 3.0 * rng.normal(size=n), wavy(domain.nodes, 0.5, 3), 0.05 * rng.uniform(size=n)
 
 
-def check_tangent(law: Law, domain: HalfCylinder) -> None:
+def check_tangent(law: Law, domain: Domain) -> None:
     """It is the derivative of the residual."""
     discretisation = Discretisation(domain)
     geometry, c = discretisation.geometry, coefficients(law)
     chi, u, p = fields(domain)
-    source = pressure_source(discretisation.radii, domain.radius, c.drainage)
+    source = discretisation.source(c.drainage)
     blocks = element_tangents(geometry, source, c, chi, u, p)[0]
     assert np.abs(blocks - blocks.transpose(0, 2, 1)).max() < 1e-13 * np.abs(blocks).max()
     dofs, d = displacement_dofs(geometry), wavy(domain.nodes, 1.0, 5)
@@ -62,11 +64,11 @@ def check_tangent(law: Law, domain: HalfCylinder) -> None:
     assert np.abs(found - forces.imag.ravel() / TINY).max() < 1e-13 * np.abs(found).max()
 
 
-def check_lagrangian_gradient(law: Law, domain: HalfCylinder) -> None:
+def check_lagrangian_gradient(law: Law, domain: Domain) -> None:
     """First derivatives against values of Λ·R + C_Ψ, and second, by complex step, against first."""
     discretisation = Discretisation(domain)
     geometry, c = discretisation.geometry, coefficients(law, energy_limit=1e-3, strain_energy_weight=1e-6)
-    source = pressure_source(discretisation.radii, domain.radius, c.drainage)
+    source = discretisation.source(c.drainage)
     chi, u, p = fields(domain)
     adjoint, flow = wavy(domain.nodes, 1.0, 8), np.random.default_rng(4).normal(size=p.shape)
     d_chi, d_u = np.random.default_rng(5).normal(size=chi.shape), wavy(domain.nodes, 0.7, 6)

@@ -15,14 +15,16 @@ from skfem import Basis, ElementHex1, ElementHexS2
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.equations.kernels import residual
 from actuator.equations.quadrature import hexahedron_14
 from actuator.equations.tangent_kernels import PACKED, tangent
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import Constants, constants_of
 from actuator.parameters import Load, Material, Objective
-from stages.settings import DomainSettings, LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
 
 RADIUS = LENGTH = 15.0
 IDENTITY = np.eye(3)
@@ -40,16 +42,16 @@ def parameters(
 ) -> tuple[Material, Load, Objective]:
     """The paper's parameters, Eq. (14) as printed, with some of the case file's settings replaced."""
     return ProblemSettings(
-        domain=DomainSettings(radius=RADIUS, length=LENGTH),
+        domain=HalfCylinderSettings(radius=RADIUS, length=LENGTH),
         material=MaterialSettings(**(material or {})),
         load=LoadSettings(**(load or {})),
         objective=ObjectiveSettings(**({"strain_energy_shift": "4/L_i"} | objective)),
     ).parameters()
 
 
-def coefficients(**changes: float) -> Coefficients:
+def coefficients(**changes: float) -> Constants:
     """The paper's constants, some of them replaced."""
-    return Coefficients.of(*parameters())._replace(**changes)
+    return constants_of(*parameters())._replace(**changes)
 
 
 def random_rotation(seed: int) -> Floats:
@@ -64,16 +66,16 @@ def density(chi: Floats) -> Floats:
     return 1.0 / (1.0 + np.exp(-chi))
 
 
-def ramp(chi: Floats, c: Coefficients) -> Floats:
+def ramp(chi: Floats, c: Constants) -> Floats:
     rho = density(chi)
     return c.stiffness_contrast + (1.0 - c.stiffness_contrast) * rho / (1.0 + c.ramp_penalty * (1.0 - rho))
 
 
-def permeability(chi: Floats, c: Coefficients) -> Floats:
+def permeability(chi: Floats, c: Constants) -> Floats:
     return c.void_permeability + (c.solid_permeability - c.void_permeability) * density(chi + 8.0)
 
 
-def fitted_permeability(chi: Floats, c: Coefficients, dx: Floats) -> Floats:
+def fitted_permeability(chi: Floats, c: Constants, dx: Floats) -> Floats:
     """Geometric mean over each cell of k (s / sinh s)², s = h/2 sqrt(Q_out / k), for cells of volume h³ = Σ dx.
 
     χ and dx are (n_cells, n_q), the result (n_cells, 1).
@@ -83,14 +85,14 @@ def fitted_permeability(chi: Floats, c: Coefficients, dx: Floats) -> Floats:
     return np.exp((dx * np.log(k * (s / np.sinh(s)) ** 2)).sum(axis=1, keepdims=True) / volume)
 
 
-def strain_energy(F: Floats, factor: Floats, c: Coefficients) -> Floats:
+def strain_energy(F: Floats, factor: Floats, c: Constants) -> Floats:
     """Ψ for F (..., 3, 3): Simo, Taylor & Pister's neo-Hooke with both moduli scaled."""
     J = np.linalg.det(F)
     trace = np.einsum("...ij,...ij->...", F, F)
     return factor * (0.5 * c.bulk * np.log(J) ** 2 + 0.5 * c.shear * (J ** (-2.0 / 3.0) * trace - 3.0))
 
 
-def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Coefficients) -> Floats:
+def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Constants) -> Floats:
     """P = ((K ln J - J p) I + G J^(-2/3) dev(F Fᵀ)) F⁻ᵀ of Eq. (6), for F (..., 3, 3); real or complex."""
     J = np.linalg.det(F)
     b = np.einsum("...ik,...jk->...ij", F, F)
@@ -104,7 +106,7 @@ def first_piola(F: Floats, factor: Floats, pressure: Floats, c: Coefficients) ->
 # ------------------------------------------------------------------------------------- fields and residuals
 
 
-def bases(domain: HalfCylinder) -> tuple[Basis, Basis]:
+def bases(domain: Domain) -> tuple[Basis, Basis]:
     """Trilinear and 20-node bases of scikit-fem on every cell of the mesh, with the 14-point rule."""
     rule = hexahedron_14()
     return (Basis(domain.mesh, element, quadrature=rule) for element in (ElementHex1(), ElementHexS2()))
@@ -123,7 +125,7 @@ def deformation_gradients(basis: Basis, u: Floats) -> Floats:
 
 
 def nodal_residuals(
-    geometry: Geometry, source: Floats, c: Coefficients, chi: Floats, u: Floats, p: Floats
+    geometry: Geometry, source: Floats, c: Constants, chi: Floats, u: Floats, p: Floats
 ) -> tuple[Floats, Floats]:
     """Assembled element residuals without any boundary condition: forces (n_nodes, 3) and flows (n_vertices,)."""
     n_cells = len(geometry.cells)
@@ -134,7 +136,7 @@ def nodal_residuals(
 
 
 def element_tangents(
-    geometry: Geometry, source: Floats, c: Coefficients, chi: Floats, u: Floats, p: Floats
+    geometry: Geometry, source: Floats, c: Constants, chi: Floats, u: Floats, p: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Blocks uu, up, pu, pp of every element, as matrices of 60 displacements (node by node) and 8 pressures."""
     n = len(geometry.cells)
@@ -162,7 +164,7 @@ def no_source(discretisation: Discretisation) -> Floats:
     return np.zeros_like(discretisation.geometry.volume)
 
 
-def boundary_nodes(domain: HalfCylinder) -> NDArray[np.bool_]:
+def boundary_nodes(domain: Domain) -> NDArray[np.bool_]:
     """Which of the 20-node element's nodes lie on the surface of the half cylinder."""
     basis = Basis(domain.mesh, ElementHexS2(), intorder=1)
     on_boundary = np.zeros(basis.N, dtype=bool)

@@ -7,7 +7,7 @@ from typing import Any
 from physics import LENGTH, RADIUS, Floats, half_cylinder, parameters
 
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
+from actuator.domains.interface import Domain
 from actuator.solve.reduced import ReducedObjective
 from actuator.terms.step import Metric
 
@@ -18,7 +18,7 @@ def small_domain() -> HalfCylinder:
     return half_cylinder(3, 2, 4)
 
 
-def small_objective(domain: HalfCylinder | None = None, tolerance: float = 1e-8, **changes: Any) -> ReducedObjective:
+def small_objective(domain: Domain | None = None, tolerance: float = 1e-8, **changes: Any) -> ReducedObjective:
     """The paper's problem on a small mesh; ``changes`` are those of :func:`physics.parameters`."""
     return ReducedObjective(
         domain or small_domain(),
@@ -29,10 +29,10 @@ def small_objective(domain: HalfCylinder | None = None, tolerance: float = 1e-8,
     )
 
 
-def start_of(domain: HalfCylinder) -> Floats:
+def start_of(domain: Domain) -> Floats:
     """The initial design of Appendix C."""
     assert (domain.radius, domain.length) == (RADIUS, LENGTH)
-    return initial_design(domain.points, domain.radius, INTERFACE_WIDTH)
+    return domain.initial_design(domain.points, INTERFACE_WIDTH)
 
 
 def metric_of(objective: ReducedObjective) -> Metric:

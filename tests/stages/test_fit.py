@@ -11,8 +11,12 @@ from command_line import Poro
 from PIL import Image
 from treloar import STRESS, STRETCH
 
-from actuator.material.laws.coefficients import Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
-from actuator.material.laws.homogeneous import uniaxial_stress
+from actuator.material.homogeneous import uniaxial_stress
+from actuator.material.laws.mooney_rivlin import MooneyRivlin
+from actuator.material.laws.neo_hooke import NeoHooke
+from actuator.material.laws.ogden import Ogden
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from pipeline.case.model import parse_case
 from pipeline.exit_codes import ExitCode
 from stages import fit

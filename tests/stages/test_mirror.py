@@ -14,10 +14,9 @@ from scipy.integrate import quad
 
 from actuator.arrays import Floats
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
 from actuator.failure import EmptySolid, InvalidField
+from actuator.geometry.outer_triangles import outer_triangles
 from actuator.geometry.solid import is_two_manifold, rounded
-from actuator.geometry.tetrahedra import outer_triangles, tetrahedra
 from actuator.geometry.zero_set import solid_boundary
 from stages import mirror
 
@@ -60,7 +59,7 @@ def tube(x: Floats) -> Floats:
 
 
 def test_tetrahedra_fill_the_cells_and_share_their_faces() -> None:
-    tets = tetrahedra(DOMAIN)
+    tets = DOMAIN.tetrahedra().corners
     assert len(tets) == 6 * DOMAIN.mesh.nelements
     corner = DOMAIN.points[tets]
     volume = np.linalg.det(corner[:, 1:] - corner[:, :1]) / 6.0
@@ -122,7 +121,7 @@ def test_zeros_at_nodes(where: str) -> None:
     layer = np.arange(n) // DOMAIN.section_points
     zero = {
         "symmetry plane": x[:, 1] == 0.0,
-        "wall": np.isin(np.arange(n), DOMAIN.wall_vertices),
+        "wall": np.isin(np.arange(n), DOMAIN.outside.vertices),
         "ends": (x[:, 0] == 0.0) | (x[:, 0] == LENGTH),
         "axis": np.hypot(x[:, 1], x[:, 2]) < 1e-9,
         "everywhere but one": np.arange(n) != DOMAIN.section_points + 5,
@@ -137,7 +136,7 @@ def test_solid_at_nodes_of_the_boundary_only(part: str) -> None:
     x, n = DOMAIN.points, DOMAIN.mesh.nvertices
     where = {
         "symmetry plane": x[:, 1] == 0.0,
-        "wall": np.isin(np.arange(n), DOMAIN.wall_vertices),
+        "wall": np.isin(np.arange(n), DOMAIN.outside.vertices),
         "ends": (x[:, 0] == 0.0) | (x[:, 0] == LENGTH),
     }[part]
     bodies = {"symmetry plane": 1, "wall": 1, "ends": 2}[part]
@@ -150,7 +149,7 @@ def test_solid_at_nodes_of_the_boundary_only(part: str) -> None:
 )
 def test_planes_cut_the_faceted_cylinder_exactly(normal: tuple[float, float, float], offset: float) -> None:
     """Linear fields are exact in tetrahedra, so manifold3d's own cut of the same prism gives the same volume."""
-    wall = DOMAIN.points[DOMAIN.wall_vertices]
+    wall = DOMAIN.points[DOMAIN.outside.vertices]
     prism = Manifold.hull_points(np.concatenate([wall, wall * (1.0, -1.0, 1.0)]))
     length = np.linalg.norm(normal)
     expected = prism.trim_by_plane(tuple(np.array(normal) / length), offset / length)
@@ -242,7 +241,7 @@ def test_solid_at_the_wall_ends_on_the_wall() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_what_closes_the_solid_lies_on_ends_and_wall(seed: int) -> None:
     chi = np.random.default_rng(seed).normal(size=DOMAIN.mesh.nvertices)
-    tets = tetrahedra(DOMAIN)
+    tets = DOMAIN.tetrahedra().corners
     inside = len(solid_boundary(DOMAIN.points, tets, tets[:0, :3], chi).triangles)
     result = mirror.run(DOMAIN, chi, mirror.Settings())
     faces = result.vertices[result.triangles[inside : result.half_triangles]]
@@ -300,7 +299,7 @@ def test_values_at_the_threshold_are_void() -> None:
 
 def test_the_initial_design_is_a_tube() -> None:
     domain = HalfCylinder(RADIUS, LENGTH, 6, 2, 9)
-    mesh = solid(domain, initial_design(domain.points, RADIUS, 3.0))
+    mesh = solid(domain, domain.initial_design(domain.points, 3.0))
     assert mesh.euler_number == 0  # genus 1
     assert mesh.body_count == 1
     np.testing.assert_array_equal(mesh.bounds[:, 0], [0.0, LENGTH])

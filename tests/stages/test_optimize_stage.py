@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from actuator.domains.initial_design import initial_design
 from actuator.failure import SolveFailure
 from actuator.terms import PAPER
+from stages.domains import HalfCylinderSettings
 from stages.events import DesignUpdate, Event, Message
 from stages.optimize import Compute, OptimizerSettings, Result, Settings, run
-from stages.settings import DomainSettings, LoadSettings
+from stages.settings import LoadSettings
 
 COMPUTE = Compute(threads=1)
 UPDATES = 3
@@ -20,7 +20,7 @@ RESULTS = {"C", "terms", "T1", "T3", "theta2", "p_min", "p_max", "evaluations", 
 
 
 def settings(updates: int = UPDATES, **changes: Any) -> Settings:
-    domain = DomainSettings(core_cells=2, rings=2, layers=2)
+    domain = HalfCylinderSettings(core_cells=2, rings=2, layers=2)
     return Settings(domain=domain, optimizer=OptimizerSettings(max_updates=updates), **changes)
 
 
@@ -92,7 +92,7 @@ def test_summary_is_that_of_the_last_design(result: Result) -> None:
     assert [summary["T1"], summary["T3"], summary["theta2"]] == list(result.arm)
     assert (summary["p_min"], summary["p_max"]) == (result.pressure.min(), result.pressure.max())
     pressure = 2e-2 * 2.736
-    assert summary["wall_leak"] == pytest.approx(result.pressure[result.domain.wall_vertices].max() / pressure)
+    assert summary["wall_leak"] == pytest.approx(result.pressure[result.domain.outside.vertices].max() / pressure)
     # The arm's end moves by T3 and by the arm's length times the sine of its slope; positive downwards.
     assert summary["spring_elongation"] == pytest.approx(60.0 * np.sin(summary["theta2"]) - summary["T3"], rel=1e-12)
     assert summary["updates"] == UPDATES
@@ -103,7 +103,7 @@ def test_summary_is_that_of_the_last_design(result: Result) -> None:
 
 def test_result_starts_from_the_paper_and_goes_down(result: Result) -> None:
     before = run(settings(0), compute=COMPUTE)
-    start = initial_design(before.domain.points, 15.0, 3.0)
+    start = before.domain.initial_design(before.domain.points, 3.0)
     assert np.array_equal(before.chi, start)
     assert before.history["C"] == pytest.approx(result.history["C"][:1], rel=1e-10)
     assert (np.diff(result.history["C"]) < 0.0).all()

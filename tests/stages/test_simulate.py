@@ -25,9 +25,10 @@ from pipeline.results.simulation import RigUnits, as_csv, read_simulation
 from pipeline.runs import progress
 from pipeline.store import artifact, vtkhdf
 from pipeline.store.contents import Stored
+from stages.domains import HalfCylinderSettings
 from stages.events import Event, LoadStep
 from stages.refine import Settings as Refinement
-from stages.settings import DomainSettings, LoadSettings, ProblemSettings
+from stages.settings import LoadSettings, ProblemSettings
 from stages.simulate import optimised
 
 #: The columns that other commands read.
@@ -243,7 +244,7 @@ def test_the_thresholded_field_keeps_the_surface_and_steepens_it(folder: Path) -
 
 
 def test_vertices_of_a_mesh_are_vertices_of_the_finer_one() -> None:
-    domain = DomainSettings(core_cells=3, rings=2, layers=4).build()
+    domain = HalfCylinderSettings(core_cells=3, rings=2, layers=4).build()
     for factor in (1, 2, 3):
         np.testing.assert_allclose(domain.refined(factor).points[domain.coinciding(factor)], domain.points, atol=1e-12)
 
@@ -266,5 +267,5 @@ def test_up_and_down_take_the_same_branch_of_a_thresholded_field(folder: Path) -
     assert one["T3"] == pytest.approx(two["T3"], rel=1e-6)
 
 
-def _tiny() -> DomainSettings:
-    return DomainSettings(core_cells=2, rings=1, layers=3)
+def _tiny() -> HalfCylinderSettings:
+    return HalfCylinderSettings(core_cells=2, rings=1, layers=3)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from command_line import Poro
 
-from actuator.domains.initial_design import initial_design
 from actuator.linear import available
 from actuator.solve.equilibrium import NoState
 from actuator.solve.reduced import ReducedObjective
@@ -18,8 +17,9 @@ from benchmarks.stress_trial import Found, Trial, difference, gradient_error, ru
 from pipeline.case.model import parse_case
 from pipeline.exit_codes import ExitCode, Fault
 from stages import optimize
+from stages.domains import HalfCylinderSettings
 from stages.events import Event, Message
-from stages.settings import DomainSettings, ObjectiveSettings, ProblemSettings
+from stages.settings import ObjectiveSettings, ProblemSettings
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_skewed_cells_hold_a_uniform_stress_and_give_an_exact_gradient(reference
 
 
 def test_cells_fifty_times_as_wide_as_thick() -> None:
-    case = settings().model_copy(update={"domain": DomainSettings(core_cells=1, rings=1, layers=100)})
+    case = settings().model_copy(update={"domain": HalfCylinderSettings(core_cells=1, rings=1, layers=100)})
     found = run(Trial("aspect", "50", case))
     assert found.converged, found.reason
     assert gradient_error(found) < 1e-5
@@ -174,7 +174,7 @@ def test_a_case_of_another_size_is_the_one_that_its_own_units_give() -> None:
     case = case.model_copy(update={"material": case.material.model_copy(update={"youngs_modulus": 0.4})})
     domain, limits = case.domain.build(), case.objective
     plain = ReducedObjective(domain, *case.parameters(), threads=1)
-    at = plain.evaluate(initial_design(domain.points, domain.radius, limits.interface_width, limits.length_unit))
+    at = plain.evaluate(domain.initial_design(domain.points, limits.interface_width, limits.length_unit))
     none = optimize.OptimizerSettings(max_updates=0)
     ours = optimize.run(optimize.Settings(**case.model_dump(), optimizer=none), compute=optimize.Compute(threads=1))
     assert ours.arm == pytest.approx(at.state.arm, rel=1e-6)
@@ -207,7 +207,7 @@ def test_the_shift_of_the_strain_limit_is_a_number_or_as_printed() -> None:
 
 
 def test_the_stiffest_spring_is_a_held_end(reference: Found) -> None:
-    coarse = DomainSettings(core_cells=3, rings=2, layers=4)
+    coarse = HalfCylinderSettings(core_cells=3, rings=2, layers=4)
     found = run(Trial("spring", "1e6", settings(load__spring_ratio=1e6).model_copy(update={"domain": coarse})))
     error, _ = held(found, reference)
     assert error < 1e-7

@@ -7,10 +7,22 @@ w = C10 (Ī1 - 3) + C01 (Ī2 - 3) with Ī1 = tr b̄, Ī2 = (Ī1² - tr b̄²)/2 
 
 from __future__ import annotations
 
-from numba import njit
+from typing import NamedTuple
 
 
-@njit(cache=True)
+class MooneyRivlin(NamedTuple):
+    """w = C10 (Ī1 - 3) + C01 (Ī2 - 3), with C10 = 1/2 - C01.
+
+    Attributes:
+        c01: C01 / G.
+    """
+
+    c01: float
+
+
+EXAMPLE = MooneyRivlin(0.1)
+
+
 def energy(law, b):
     """w of b̄ (3, 3), dimensionless."""
     first = b[0, 0] + b[1, 1] + b[2, 2]
@@ -21,7 +33,6 @@ def energy(law, b):
     return (0.5 - law.c01) * (first - 3.0) + law.c01 * (second - 3.0)
 
 
-@njit(cache=True)
 def stress(law, b, S):
     """Write S (3, 3) of b̄."""
     first = b[0, 0] + b[1, 1] + b[2, 2]
@@ -32,7 +43,6 @@ def stress(law, b, S):
             S[i, j] = factor * b[i, j] - 2.0 * law.c01 * square
 
 
-@njit(cache=True)
 def tangent(law, b, X, dS):
     """Write dS (m, 3, 3) along X: 2 C10 X + 2 C01 (tr(X) b̄ + Ī1 X - X b̄ - b̄ X)."""
     first = b[0, 0] + b[1, 1] + b[2, 2]

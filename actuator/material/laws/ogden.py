@@ -3,16 +3,56 @@
 w = Σ 2 μ_k / α_k² (λ̄1^α_k + λ̄2^α_k + λ̄3^α_k - 3), so that S = Σ 2 μ_k / α_k b̄^(α_k/2).
 
 Ogden's own constants are 2 μ_k / α_k. A complex b̄ is taken as a real matrix with a perturbation of first order, A + iB:
-what the complex step asks for, and exact there. Eigenvalues may coincide (:mod:`actuator.material.laws.spectral`).
+what the complex step asks for, and exact there. Eigenvalues may coincide (:mod:`actuator.material.spectral`).
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from actuator.material.laws.spectral import eigen, into_frame, power_difference, power_second_difference
+from actuator.material.spectral import eigen, into_frame, power_difference, power_second_difference
+
+
+class Ogden(NamedTuple):
+    """w = Σ 2 μ_k / α_k² (λ̄1^α_k + λ̄2^α_k + λ̄3^α_k - 3), with Σ μ_k = 1.
+
+    Attributes:
+        mu1, mu2, mu3: μ_k / G; zero for a term that is not used.
+        alpha1, alpha2, alpha3: α_k, not zero.
+    """
+
+    mu1: float
+    alpha1: float
+    mu2: float = 0.0
+    alpha2: float = 1.0
+    mu3: float = 0.0
+    alpha3: float = 1.0
+
+    @classmethod
+    def of(cls, mu: Sequence[float], alpha: Sequence[float]) -> Ogden:
+        """The law of up to three terms.
+
+        Raises:
+            ValueError: if there are none, too many, or not as many μ as α.
+        """
+        most = len(cls._fields) // 2
+        if len(mu) != len(alpha) or not 1 <= len(mu) <= most:
+            raise ValueError(f"an Ogden law has 1 to {most} pairs of μ and α, not {len(mu)} and {len(alpha)}")
+        return cls(*(float(value) for pair in zip(mu, alpha, strict=True) for value in pair))
+
+    @property
+    def terms(self) -> list[tuple[float, float]]:
+        """The pairs (μ_k / G, α_k) that count."""
+        pairs = [(self.mu1, self.alpha1), (self.mu2, self.alpha2), (self.mu3, self.alpha3)]
+        return [pair for pair in pairs if pair[0] != 0.0]
+
+
+EXAMPLE = Ogden.of([1.0], [3.0])
 
 
 def _perturbed(like, value, slope):
@@ -57,7 +97,6 @@ def _frame(b, values, Q, B):
     into_frame(Q, imaginary, B)
 
 
-@njit(cache=True)
 def energy(law, b):
     """w of b̄ (3, 3), dimensionless."""
     a, Q, B = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
@@ -99,7 +138,6 @@ def _second_differences(law, a, second):
                 second[i, j, k] = second[low, i + j + k - low - high, high]
 
 
-@njit(cache=True)
 def stress(law, b, S):
     """Write S (3, 3) of b̄."""
     a, Q, B, first = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
@@ -116,7 +154,6 @@ def stress(law, b, S):
     _write_back(Q, value, B, S)
 
 
-@njit(cache=True)
 def tangent(law, b, X, dS):
     """Write dS (m, 3, 3) along X; a complex b̄ or X adds the second derivative along Im b̄."""
     a, Q, B, first = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))

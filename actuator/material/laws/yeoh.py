@@ -5,17 +5,29 @@ w = C1 x + C2 x² + C3 x³ with x = Ī1 - 3 and C1 = 1/2, so that S = 2 w'(x) b�
 
 from __future__ import annotations
 
-from numba import njit
+from typing import NamedTuple
 
 
-@njit(cache=True)
+class Yeoh(NamedTuple):
+    """w = C1 (Ī1 - 3) + C2 (Ī1 - 3)² + C3 (Ī1 - 3)³, with C1 = 1/2.
+
+    Attributes:
+        c2, c3: C2 / G and C3 / G.
+    """
+
+    c2: float
+    c3: float
+
+
+EXAMPLE = Yeoh(0.01, 0.001)
+
+
 def energy(law, b):
     """w of b̄ (3, 3), dimensionless."""
     x = b[0, 0] + b[1, 1] + b[2, 2] - 3.0
     return x * (0.5 + x * (law.c2 + x * law.c3))
 
 
-@njit(cache=True)
 def stress(law, b, S):
     """Write S (3, 3) of b̄."""
     x = b[0, 0] + b[1, 1] + b[2, 2] - 3.0
@@ -25,7 +37,6 @@ def stress(law, b, S):
             S[i, j] = factor * b[i, j]
 
 
-@njit(cache=True)
 def tangent(law, b, X, dS):
     """Write dS (m, 3, 3) along X: 2 w' X + 2 w'' tr(X) b̄."""
     x = b[0, 0] + b[1, 1] + b[2, 2] - 3.0

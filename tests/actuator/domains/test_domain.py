@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementHex1, FacetBasis, Functional
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import HEX_OFFSETS
 
 RADIUS, LENGTH = 15.0, 12.0
 COARSE = HalfCylinder(RADIUS, LENGTH, 3, 2, 4)
@@ -72,7 +73,9 @@ def test_volume_and_areas_are_those_of_the_inscribed_prism_and_converge_to_the_c
         wedges = 4 * domain.core_cells
         prism_end = 0.5 * wedges * RADIUS**2 * np.sin(np.pi / wedges)
         prism_wall = wedges * 2.0 * RADIUS * np.sin(0.5 * np.pi / wedges) * LENGTH
-        found = np.array([volume(domain), area(domain, domain.wall_facets), area(domain, end_facets(domain, LENGTH))])
+        found = np.array(
+            [volume(domain), area(domain, domain.outside.facets), area(domain, end_facets(domain, LENGTH))]
+        )
         np.testing.assert_allclose(found, [prism_end * LENGTH, prism_wall, prism_end], rtol=1e-12)
         np.testing.assert_allclose(area(domain, end_facets(domain, 0.0)), prism_end, rtol=1e-12)
         errors.append(1.0 - found / exact)
@@ -84,7 +87,7 @@ def test_volume_and_areas_are_those_of_the_inscribed_prism_and_converge_to_the_c
 def test_boundary_sets_cover_the_boundary_once() -> None:
     mesh = COARSE.mesh
     plane = mesh.facets_satisfying(lambda x: np.isclose(x[1], 0.0), boundaries_only=True)
-    parts = [COARSE.wall_facets, end_facets(COARSE, 0.0), end_facets(COARSE, LENGTH), plane]
+    parts = [COARSE.outside.facets, end_facets(COARSE, 0.0), end_facets(COARSE, LENGTH), plane]
     np.testing.assert_array_equal(np.sort(np.concatenate(parts)), np.sort(mesh.boundary_facets()))
     np.testing.assert_allclose(area(COARSE, plane), 2.0 * RADIUS * LENGTH, rtol=1e-12)
 
@@ -93,13 +96,13 @@ def test_node_sets_lie_where_they_should() -> None:
     nodes = COARSE.nodes
     np.testing.assert_array_equal(nodes[: COARSE.mesh.nvertices], COARSE.points)
     for found, distance in (
-        (COARSE.fixed_nodes, nodes[:, 0]),
-        (COARSE.tip_nodes, nodes[:, 0] - LENGTH),
-        (COARSE.symmetry_nodes, nodes[:, 1]),
+        (COARSE.fixed.nodes, nodes[:, 0]),
+        (COARSE.tip.nodes, nodes[:, 0] - LENGTH),
+        (COARSE.symmetry.nodes, nodes[:, 1]),
     ):
         np.testing.assert_array_equal(found, np.flatnonzero(np.abs(distance) < 1e-9))
     on_wall = np.abs(np.hypot(*COARSE.points.T[1:]) - RADIUS) < 1e-9
-    np.testing.assert_array_equal(np.sort(COARSE.wall_vertices), np.flatnonzero(on_wall))
+    np.testing.assert_array_equal(np.sort(COARSE.outside.vertices), np.flatnonzero(on_wall))
 
 
 @pytest.mark.parametrize("factor", [2, 3])
@@ -108,7 +111,7 @@ def test_refinement_is_nested_and_on_the_cylinder(factor: int) -> None:
     assert fine.mesh.nelements == factor**3 * COARSE.mesh.nelements
     distance, _ = cKDTree(fine.points).query(COARSE.points)
     assert distance.max() < 1e-12
-    radii = np.hypot(*fine.points[fine.wall_vertices].T[1:])
+    radii = np.hypot(*fine.points[fine.outside.vertices].T[1:])
     np.testing.assert_allclose(radii, RADIUS, rtol=1e-14)
 
 

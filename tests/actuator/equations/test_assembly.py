@@ -10,7 +10,6 @@ import pytest
 import scipy.sparse as sp
 from physics import Floats, half_cylinder, parameters, wavy
 
-from actuator.domains.initial_design import initial_design
 from actuator.equations.assembly import Gather, scatter_vector
 from actuator.equations.kernels import lagrangian_gradient
 from actuator.solve.equilibrium import Equilibrium
@@ -88,7 +87,7 @@ def everything_compiled(equilibrium: Equilibrium, chi: Floats, x: Floats, p: Flo
 def test_results_do_not_depend_on_the_number_of_threads(both_thread_counts: tuple[int, int]) -> None:
     domain = half_cylinder(2, 2, 3)
     equilibrium = Equilibrium(domain, *parameters(strain_limit=0.01), threads=1)
-    chi, p = initial_design(domain.points, 15.0, 3.0), 0.05 * domain.points[:, 0] / 15.0
+    chi, p = domain.initial_design(domain.points, 3.0), 0.05 * domain.points[:, 0] / 15.0
     x = equilibrium.kinematics.reduced(wavy(domain.nodes, 0.3, 2), np.array([0.2, -0.1, 0.05]))
     results = []
     for count in both_thread_counts:

@@ -10,7 +10,8 @@ import pytest
 from physics import LENGTH, RADIUS, Floats, half_cylinder
 from skfem import Basis, ElementHexS2, MeshHex
 
-from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import HEX_OFFSETS
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.quadrature import hexahedron_14
 
@@ -24,7 +25,7 @@ def discretisation() -> Discretisation:
 
 def outline(domain: HalfCylinder) -> Floats:
     """Corners (X2, X3) of the section's wall, from the lowest to the highest."""
-    wall = domain.points[domain.wall_vertices][domain.points[domain.wall_vertices, 0] == 0.0][:, 1:]
+    wall = domain.points[domain.outside.vertices][domain.points[domain.outside.vertices, 0] == 0.0][:, 1:]
     return wall[np.argsort(wall[:, 1])]
 
 
@@ -55,9 +56,9 @@ def test_wall_average_of_known_fields(discretisation: Discretisation) -> None:
 
 def test_wall_matrix_sees_wall_vertices_only(discretisation: Discretisation) -> None:
     W = np.abs(discretisation.wall_mass.toarray())
-    inside = np.setdiff1d(np.arange(len(W)), DOMAIN.wall_vertices)
+    inside = np.setdiff1d(np.arange(len(W)), DOMAIN.outside.vertices)
     assert W[inside].max() < 1e-15 * W.max()
-    assert W.diagonal()[DOMAIN.wall_vertices].min() > 1e-2 * W.max()
+    assert W.diagonal()[DOMAIN.outside.vertices].min() > 1e-2 * W.max()
 
 
 def test_mass_and_stiffness_of_linear_fields(discretisation: Discretisation) -> None:
@@ -73,8 +74,8 @@ def test_mass_and_stiffness_of_linear_fields(discretisation: Discretisation) -> 
 def test_shape_functions_reproduce_linear_fields_in_every_layer(discretisation: Discretisation) -> None:
     g, slope = discretisation.geometry, np.array([0.3, -0.7, 1.1])
     at_vertices, at_nodes = DOMAIN.points @ slope, DOMAIN.nodes @ slope
-    gradient = np.einsum("eqai,ea->eqi", g.gradient[g.section], at_vertices[g.cells])
-    gradient20 = np.einsum("eqai,ea->eqi", g.gradient20[g.section], at_nodes[g.node_cells])
+    gradient = np.einsum("eqai,ea->eqi", g.gradient[g.cell_class], at_vertices[g.cells])
+    gradient20 = np.einsum("eqai,ea->eqi", g.gradient20[g.cell_class], at_nodes[g.node_cells])
     assert np.abs(gradient - slope).max() < 1e-13
     assert np.abs(gradient20 - slope).max() < 1e-13
     corners = DOMAIN.mesh.mapping().F(hexahedron_14()[0])  # (3, cell, q)
@@ -82,9 +83,9 @@ def test_shape_functions_reproduce_linear_fields_in_every_layer(discretisation: 
     assert np.abs(values - np.einsum("icq,i->cq", corners, slope)).max() < 1e-12
 
 
-def test_radii_are_distances_to_the_axis(discretisation: Discretisation) -> None:
+def test_quadrature_points_are_those_of_the_first_layer(discretisation: Discretisation) -> None:
     points = DOMAIN.mesh.mapping().F(hexahedron_14()[0])[:, : DOMAIN.section_cells]
-    assert np.abs(discretisation.radii - np.hypot(points[1], points[2])).max() < 1e-13
+    assert np.abs(discretisation.quadrature_points - points.transpose(1, 2, 0)).max() < 1e-13
 
 
 # --------------------------------------------------------------------------------------- second derivatives
@@ -94,7 +95,7 @@ def hessian_energy(discretisation: Discretisation, nodal: Floats) -> float:
     """∫ ‖∂²u/∂X∂X‖² of a scalar field at the nodes."""
     g = discretisation.geometry
     local = nodal[g.node_cells]
-    return float(np.einsum("ea,eab,eb->", local, g.hessian[g.section], local))
+    return float(np.einsum("ea,eab,eb->", local, g.hessian[g.cell_class], local))
 
 
 def test_linear_fields_have_no_hessian(discretisation: Discretisation) -> None:
@@ -110,9 +111,8 @@ def test_quadratic_field_is_exact_on_affine_cells() -> None:
     basis = Basis(mesh, ElementHexS2(), intorder=1)
     parallelepiped = SimpleNamespace(
         mesh=mesh,
-        layers=1,
-        section_points=mesh.nvertices,
-        section_cells=mesh.nelements,
+        representatives=np.arange(mesh.nelements),
+        cell_class=np.arange(mesh.nelements),
         cells=mesh.t.T,
         node_cells=basis.element_dofs.T,
     )
@@ -184,7 +184,7 @@ def test_products_on_curved_cells_match_differences_in_physical_space(
     for xi, weight in zip(points.T, weights, strict=True):
         H = curved.hessians(curved.map(xi), h=5e-3).reshape(20, 9)
         expected += weight * np.linalg.det(curved.jacobian(xi)) * H @ H.T
-    error = np.abs(g.hessian[g.section[cell]] - expected).max()
+    error = np.abs(g.hessian[g.cell_class[cell]] - expected).max()
     assert error < 1e-8 * np.abs(expected).max()
 
 

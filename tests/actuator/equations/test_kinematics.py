@@ -47,9 +47,9 @@ def test_tip_follows_the_rotation_matrix_of_the_arm(kinematics: Kinematics, x: F
     t1, t3, angle = x[-3:]
     sine, cosine = np.sin(angle), np.cos(angle)
     rotation = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
-    arm = DOMAIN.nodes[DOMAIN.tip_nodes] - [LENGTH, 0.0, 0.0]
+    arm = DOMAIN.nodes[DOMAIN.tip.nodes] - [LENGTH, 0.0, 0.0]
     expected = np.array([t1, 0.0, t3]) + arm @ (rotation - IDENTITY).T
-    assert kinematics.displacement(x)[DOMAIN.tip_nodes] == pytest.approx(expected, abs=1e-13)
+    assert kinematics.displacement(x)[DOMAIN.tip.nodes] == pytest.approx(expected, abs=1e-13)
 
 
 def test_reduced_undoes_displacement(kinematics: Kinematics, x: Floats) -> None:

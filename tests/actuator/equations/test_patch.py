@@ -65,7 +65,7 @@ def test_tip_force_is_stress_times_area(discretisation: Discretisation, F: Float
     forces, _ = nodal_residuals(discretisation.geometry, no_source(discretisation), c, *fields(F, chi, pressure))
     stress = first_piola(F, ramp(np.array(chi), c), np.array(pressure), c)
     area = discretisation.volume / DOMAIN.length
-    assert forces[DOMAIN.tip_nodes].sum(axis=0) == pytest.approx(area * stress[:, 0], rel=1e-12, abs=1e-12)
+    assert forces[DOMAIN.tip.nodes].sum(axis=0) == pytest.approx(area * stress[:, 0], rel=1e-12, abs=1e-12)
     assert np.abs(forces.sum(axis=0)).max() < 1e-12 * area
 
 

@@ -120,8 +120,8 @@ def test_midpoints_follow_the_ends_of_their_edges() -> None:
     for u in (kinematics.displacement(x), kinematics.variation(x, dx)):
         assert np.abs(u[len(DOMAIN.points) :] - u[DOMAIN.edges].mean(axis=1)).max() < 1e-13
     # The arm's motion is affine on Γ, so that midpoints of its edges move with it.
-    height, angle = DOMAIN.nodes[DOMAIN.tip_nodes, 2], x[-1]
-    tip = kinematics.displacement(x)[DOMAIN.tip_nodes]
+    height, angle = DOMAIN.nodes[DOMAIN.tip.nodes, 2], x[-1]
+    tip = kinematics.displacement(x)[DOMAIN.tip.nodes]
     assert tip[:, 0] == pytest.approx(x[-3] + height * np.sin(angle), abs=1e-13)
 
 

@@ -12,10 +12,10 @@ import trimesh
 from command_line import Poro
 
 from actuator.arrays import Floats
-from actuator.domains.half_cylinder import HEX_OFFSETS, HalfCylinder
+from actuator.domains.half_cylinder import HalfCylinder
+from actuator.domains.interface import HEX_OFFSETS
 from actuator.geometry.distance import distance
 from actuator.geometry.hausdorff import Distance, distance_to_zero_set
-from actuator.geometry.tetrahedra import cells_of_tetrahedra, tetrahedra
 from actuator.geometry.trilinear import projected
 from actuator.geometry.zero_set import Surface, solid_boundary
 
@@ -25,7 +25,7 @@ NO_FACES = np.zeros((0, 3), dtype=np.int64)
 
 
 def measured(domain: HalfCylinder, chi: Floats, threshold: float = 0.0) -> Distance:
-    return distance_to_zero_set(domain, tetrahedra(domain), chi, threshold)
+    return distance_to_zero_set(domain, domain.tetrahedra(), chi, threshold)
 
 
 def sphere(x: Floats) -> Floats:
@@ -43,7 +43,8 @@ def tube(x: Floats) -> Floats:
 
 def test_tetrahedra_lie_in_their_cells() -> None:
     domain = HalfCylinder(RADIUS, LENGTH, 3, 2, 4)
-    tets, cells = tetrahedra(domain), domain.cells[cells_of_tetrahedra(domain)]
+    tets, owner = domain.tetrahedra()
+    cells = domain.cells[owner]
     assert (tets[:, :, None] == cells[:, None]).any(axis=2).all()
 
 
@@ -70,8 +71,8 @@ def test_distance_falls_with_the_square_of_the_cell_size(field: Callable[[Floats
 def brute_force(domain: HalfCylinder, chi: Floats, pieces: int) -> Distance:
     """Both surfaces as very many triangles: cells of the field are cut into pieces³, triangles into 64."""
     fine, weights = domain.refined(pieces), domain.prolongation(pieces)
-    zero_set = solid_boundary(weights @ domain.points, tetrahedra(fine), NO_FACES, weights @ chi)
-    coarse = solid_boundary(domain.points, tetrahedra(domain), NO_FACES, chi)
+    zero_set = solid_boundary(weights @ domain.points, fine.tetrahedra().corners, NO_FACES, weights @ chi)
+    coarse = solid_boundary(domain.points, domain.tetrahedra().corners, NO_FACES, chi)
     vertices, triangles = coarse.vertices, coarse.triangles
     for _ in range(3):
         vertices, triangles = trimesh.remesh.subdivide(vertices, triangles)

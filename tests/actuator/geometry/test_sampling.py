@@ -17,7 +17,7 @@ def test_linear_fields_on_both_sides_and_beyond_the_facets() -> None:
     fields = {"height": 7.0 + domain.points @ slope}
     angle, axial = np.meshgrid(np.linspace(-np.pi, np.pi, 41), [0.0, 3.7, 15.0])
     wall = np.stack([axial.ravel(), 15.0 * np.cos(angle.ravel()), 15.0 * np.sin(angle.ravel())], axis=1)
-    scalars, vector = sampled(domain.points, cells, wall, fields, domain.points.copy())
+    scalars, vector = sampled(domain.points, cells, wall, fields, domain.points.copy(), mirrored=True)
     half = np.where(wall[:, 1:2] < 0.0, wall * MIRROR, wall)
     sagitta = 15.0 * (1.0 - np.cos(np.pi / 16.0))
     assert np.hypot(*(vector - wall).T[1:]).max() == pytest.approx(sagitta, rel=0.05)

@@ -15,10 +15,13 @@ from physics import IDENTITY, Floats, boundary_nodes, half_cylinder, no_source, 
 from scipy.optimize import brentq
 
 from actuator.compilation import compile_kernels
-from actuator.domains.initial_design import initial_design
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
-from actuator.material.laws.coefficients import NEO_HOOKE, Law, MooneyRivlin, Ogden, Yeoh
+from actuator.material.constants import constants_of
+from actuator.material.laws import neo_hooke
+from actuator.material.laws.mooney_rivlin import MooneyRivlin
+from actuator.material.laws.ogden import Ogden
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from actuator.solve.reduced import ReducedObjective
 
 #: Members of each family that are neo-Hooke's law.
@@ -76,8 +79,8 @@ def test_lagrangian_gradient_and_its_complex_step(law: Law) -> None:
 
 @compiled(REDUCED)
 def test_state_of_an_actuator_reduces_to_neo_hooke(law: Law) -> None:
-    chi = initial_design(DOMAIN.points, 15.0, 3.0)
-    found, due = (objective_of(each, 1e-11).evaluate(chi) for each in (law, NEO_HOOKE))
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
+    found, due = (objective_of(each, 1e-11).evaluate(chi) for each in (law, neo_hooke.EXAMPLE))
     assert np.abs(due.state.displacement).max() > 0.05
     assert found.state.displacement == pytest.approx(due.state.displacement, rel=1e-9, abs=1e-10)
     assert found.value == pytest.approx(due.value, rel=1e-9)
@@ -87,7 +90,7 @@ def test_state_of_an_actuator_reduces_to_neo_hooke(law: Law) -> None:
 def test_patch_in_uniaxial_tension(law: Law) -> None:
     """A solid, nearly incompressible body under a homogeneous stretch: no force inside, the closed form at its end."""
     material, load, objective = parameters(material={"poisson_ratio": 0.499999})
-    c = Coefficients.of(dataclasses.replace(material, law=law), load, objective)._replace(hessian_penalty=0.0)
+    c = constants_of(dataclasses.replace(material, law=law), load, objective)._replace(hessian_penalty=0.0)
     discretisation = Discretisation(DOMAIN)
     geometry, stretch = discretisation.geometry, 1.6
     solid, empty = np.full(DOMAIN.mesh.nvertices, 800.0), np.zeros(DOMAIN.mesh.nvertices)
@@ -122,7 +125,7 @@ def test_patch_in_uniaxial_tension(law: Law) -> None:
 def test_gradient_and_hessian_of_the_converged_objective(law: Law) -> None:
     """Against central differences of states solved anew, with every term of the objective at work."""
     objective = objective_of(law, 1e-12, strain_limit=0.04)
-    chi = initial_design(DOMAIN.points, 15.0, 3.0)
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
     d = np.cos(DOMAIN.points @ [0.25, -0.4, 0.3])
     start = objective.evaluate(chi)
     assert start.measures["energy_ratio"] > 1.0

@@ -7,13 +7,23 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from physics import LENGTH, RADIUS, STRETCH, Floats, coefficients, first_piola, parameters, ramp, strain_energy
+from physics import (
+    LENGTH,
+    RADIUS,
+    STRETCH,
+    Floats,
+    coefficients,
+    first_piola,
+    half_cylinder,
+    parameters,
+    ramp,
+    strain_energy,
+)
 
-from actuator.domains.initial_design import initial_design, smooth_minimum
-from actuator.domains.source import pressure_source
+from actuator.domains.smooth_minimum import smooth_minimum
+from actuator.material.constants import Constants
 from actuator.material.elasticity import energy_density
 from actuator.material.ersatz import (
-    Coefficients,
     drainage,
     inverse,
     left_cauchy_green,
@@ -24,6 +34,7 @@ from actuator.material.ersatz import (
 )
 
 C = coefficients()
+DOMAIN = half_cylinder()
 CHI = [-700.0, -60.0, -20.0, -8.0, -3.3, -0.7, 0.0, 0.1, 1.9, 5.0, 12.0, 30.0, 45.0, 700.0]
 ONE = Decimal(1)
 
@@ -32,22 +43,22 @@ def rho(chi: Decimal) -> Decimal:
     return ONE / (ONE + (-chi).exp())
 
 
-def exact_stiffness(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_stiffness(chi: Decimal, c: Constants) -> Decimal:
     contrast, penalty = Decimal(c.stiffness_contrast), Decimal(c.ramp_penalty)
     return contrast + (ONE - contrast) * rho(chi) / (ONE + penalty * (ONE - rho(chi)))
 
 
-def exact_permeability(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_permeability(chi: Decimal, c: Constants) -> Decimal:
     solid, void = Decimal(c.solid_permeability), Decimal(c.void_permeability)
     tail = (-chi - 8).exp()
     return (solid + void * tail) / (ONE + tail)
 
 
-def exact_drainage(chi: Decimal, c: Coefficients) -> Decimal:
+def exact_drainage(chi: Decimal, c: Constants) -> Decimal:
     return Decimal(c.drainage) * rho(chi)
 
 
-def exact_fitted_permeability(chi: Decimal, c: Coefficients, size: Decimal) -> Decimal:
+def exact_fitted_permeability(chi: Decimal, c: Constants, size: Decimal) -> Decimal:
     k = exact_permeability(chi, c)
     twice = size * (exact_drainage(chi, c) / k).sqrt()
     return k * (twice / ((twice / 2).exp() - (-twice / 2).exp())) ** 2
@@ -59,8 +70,8 @@ LAWS = {
     "drainage": (drainage, exact_drainage),
 }
 law = pytest.mark.parametrize(("ours", "paper"), LAWS.values(), ids=LAWS.keys())
-Ours = Callable[[complex, Coefficients], tuple[complex, complex]]
-Paper = Callable[[Decimal, Coefficients], Decimal]
+Ours = Callable[[complex, Constants], tuple[complex, complex]]
+Paper = Callable[[Decimal, Constants], Decimal]
 
 
 @pytest.mark.parametrize("chi", CHI)
@@ -151,16 +162,21 @@ def test_parameters_of_table_1() -> None:
 # ---------------------------------------------------------------------------------- fields of the appendices
 
 
+def source_at(r: float) -> float:
+    """Q_in at a distance from the axis."""
+    return float(100.0 * C.drainage * DOMAIN.inlet(np.array([1.0, 0.6 * r, -0.8 * r])))
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.15, 0.17, 0.2, 0.22, 0.249, 0.25, 0.3, 1.0])
 def test_source_of_appendix_a(ratio: float) -> None:
     bracket = max(10.0 * ratio - 1.5, 0.0)
     expected = 100.0 * C.drainage * (1.0 - np.sin(0.5 * np.pi * min(1.0, bracket)) ** 2)
-    source = pressure_source(np.array([ratio * RADIUS]), RADIUS, C.drainage)[0]
+    source = source_at(ratio * RADIUS)
     assert source == pytest.approx(expected, rel=1e-13, abs=1e-13 * C.drainage)
 
 
 def test_source_is_zero_outside_a_quarter_of_the_radius() -> None:
-    inside, outside = pressure_source(np.array([0.14, 0.26]) * RADIUS, RADIUS, C.drainage)
+    inside, outside = source_at(0.14 * RADIUS), source_at(0.26 * RADIUS)
     assert inside == 100.0 * C.drainage
     assert abs(outside) < 1e-28 * C.drainage
 
@@ -184,7 +200,7 @@ def test_initial_design_of_appendix_c() -> None:
     tube = 8.0 / (3.0 * width) * wall - 0.1 * np.where(points[:, 2] > 0.0, points[:, 2], 0.0)
     passive = 8.0 / width * log_sum_exp_minimum(RADIUS - r, r - 0.3 * RADIUS, width)
     expected = log_sum_exp_minimum(tube, passive, width)
-    assert initial_design(points, RADIUS, width) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    assert DOMAIN.initial_design(points, width) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------- hyperelasticity

@@ -10,7 +10,8 @@ from small_case import metric_of, small_domain, small_objective, start_of
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.optimiser.stationarity import stationarity
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
-from stages.settings import DomainSettings, LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
+from stages.domains import HalfCylinderSettings
+from stages.settings import LoadSettings, MaterialSettings, ObjectiveSettings, ProblemSettings
 
 
 def measured(objective: ReducedObjective, chi: Floats) -> tuple[Evaluation, float]:
@@ -21,7 +22,7 @@ def measured(objective: ReducedObjective, chi: Floats) -> tuple[Evaluation, floa
 def problem(lengths: float = 1.0, stiffness: float = 1.0, **weights: float) -> ReducedObjective:
     """The small case scaled in length and stiffness."""
     settings = ProblemSettings(
-        domain=DomainSettings(radius=15.0 * lengths, length=15.0 * lengths, core_cells=3, rings=2, layers=4),
+        domain=HalfCylinderSettings(radius=15.0 * lengths, length=15.0 * lengths, core_cells=3, rings=2, layers=4),
         material=MaterialSettings(youngs_modulus=2.736 * stiffness),
         load=LoadSettings(),
         objective=ObjectiveSettings(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from physics import (
-    RADIUS,
     Floats,
     bases,
     coefficients,
@@ -23,8 +22,6 @@ from physics import (
     wavy,
 )
 
-from actuator.domains.initial_design import initial_design
-from actuator.domains.source import pressure_source
 from actuator.equations.discretisation import Discretisation
 from actuator.solve.equilibrium import Equilibrium
 
@@ -39,10 +36,10 @@ def discretisation() -> Discretisation:
 
 @pytest.fixture(scope="module")
 def source(discretisation: Discretisation) -> Floats:
-    return pressure_source(discretisation.radii, RADIUS, C.drainage)
+    return discretisation.source(C.drainage)
 
 
-CHI = initial_design(DOMAIN.points, RADIUS, 3.0)
+CHI = DOMAIN.initial_design(DOMAIN.points, 3.0)
 U = wavy(DOMAIN.nodes, 0.5, seed=1)
 P = 0.05 * (1.0 + np.sin(0.2 * DOMAIN.points @ [1.0, 0.7, -0.4]))
 REST = np.zeros_like(U)
@@ -88,7 +85,7 @@ def total_energy(discretisation: Discretisation, u: Floats) -> float:
     factor = ramp(linear.interpolate(CHI), C)
     stored = np.sum(quadratic.dx * strain_energy(deformation_gradients(quadratic, u), factor, C))
     g = discretisation.geometry
-    bent = np.einsum("eai,eab,ebi->", u[g.node_cells], g.hessian[g.section], u[g.node_cells])
+    bent = np.einsum("eai,eab,ebi->", u[g.node_cells], g.hessian[g.cell_class], u[g.node_cells])
     return float(stored + 0.5 * C.hessian_penalty * bent)
 
 

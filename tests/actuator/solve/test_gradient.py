@@ -9,7 +9,6 @@ import pytest
 from exact_product import hessian_product
 from physics import LENGTH, Floats, half_cylinder, halvings, parameters, rates
 
-from actuator.domains.initial_design import initial_design
 from actuator.solve.reduced import Evaluation, ReducedObjective
 from actuator.terms import PAPER
 
@@ -63,7 +62,7 @@ def path() -> Path:
     """The state does not depend on the weights: one path serves all terms."""
     objective = reduced_objective("all")
     r = np.hypot(DOMAIN.points[:, 1], DOMAIN.points[:, 2])
-    chi = initial_design(DOMAIN.points, 15.0, 3.0) - 1.2 * (r / 15.0) ** 2  # leaks a little
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0) - 1.2 * (r / 15.0) ** 2  # leaks a little
     d = np.cos(DOMAIN.points @ np.array([0.25, -0.4, 0.3])) + 0.3 * np.sin(DOMAIN.points[:, 0] * np.pi / LENGTH)
     start = objective.evaluate(chi)
     warm = start.state.x, start.state.p
@@ -165,7 +164,7 @@ def test_main_objective_in_other_regimes(load: dict[str, float], mirrored: bool,
         DOMAIN, *parameters(load=load, **weights), state_tolerance=STATE, adjoint_tolerance=ADJOINT, threads=1
     )
     points = DOMAIN.points * ([1.0, 1.0, -1.0] if mirrored else 1.0)
-    chi = initial_design(points, 15.0, 3.0) - tilt * points[:, 2] / 15.0
+    chi = DOMAIN.initial_design(points, 3.0) - tilt * points[:, 2] / 15.0
     d = np.cos(DOMAIN.points @ np.array([0.25, -0.4, 0.3]))
     start = objective.evaluate(chi)
     if mirrored:

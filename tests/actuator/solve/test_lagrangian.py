@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from physics import (
-    RADIUS,
     Floats,
     bases,
     coefficients,
@@ -21,8 +20,6 @@ from physics import (
     wavy,
 )
 
-from actuator.domains.initial_design import initial_design
-from actuator.domains.source import pressure_source
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.terms.lagrangian import lagrangian_gradient
@@ -52,7 +49,7 @@ def some_fields(seed: int, chi: Floats | float, size: float, pressure: float) ->
     return Fields(chi + rng.normal(size=n), wavy(DOMAIN.nodes, size, seed), pressure * rng.uniform(size=n))
 
 
-AT = some_fields(1, initial_design(DOMAIN.points, RADIUS, 3.0), 0.4, 0.05)
+AT = some_fields(1, DOMAIN.initial_design(DOMAIN.points, 3.0), 0.4, 0.05)
 ADJOINT = some_fields(2, 0.0, 1.0, 1e-3)
 DIRECTIONS = {
     "chi": some_fields(3, 0.0, 0.0, 0.0),
@@ -71,7 +68,7 @@ def discretisation() -> Discretisation:
 
 @pytest.fixture(scope="module")
 def source(discretisation: Discretisation) -> Floats:
-    return pressure_source(discretisation.radii, RADIUS, C.drainage)
+    return discretisation.source(C.drainage)
 
 
 def excess(at: Fields) -> complex:

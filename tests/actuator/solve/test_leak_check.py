@@ -7,7 +7,6 @@ import pytest
 from physics import Floats
 
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
 from actuator.solve.equilibrium import Equilibrium, State
 from actuator.solve.leak_check import second_order_leak
 from stages.settings import LoadSettings, ProblemSettings
@@ -35,7 +34,7 @@ def test_as_a_finer_mesh_says(steepness: float, shift: float) -> None:
     """Tubes that leak 0.5 %, 18 % and 59 % of p_in: three times as many cells in each direction are the reference."""
     coarse = HalfCylinder(15.0, 15.0, 4, 3, 4)
     fine = coarse.refined(3)
-    chi = steepness * initial_design(coarse.points, 15.0, WIDTH) + shift
+    chi = steepness * coarse.initial_design(coarse.points, WIDTH) + shift
     on_coarse, on_fine = at_rest(coarse, chi), at_rest(fine, coarse.prolongation(3) @ chi)
     reference = second_order_leak(*on_fine).mean_square
     assert first_order(*on_fine) == pytest.approx(reference, rel=0.08)

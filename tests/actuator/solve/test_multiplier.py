@@ -21,14 +21,12 @@ from physics import (
 from scipy.sparse.linalg import spsolve
 from skfem import BilinearForm, ElementHexS2, FacetBasis
 
-from actuator.domains.initial_design import initial_design
-from actuator.domains.source import pressure_source
 from actuator.equations.discretisation import Discretisation
-from actuator.material.ersatz import Coefficients
+from actuator.material.constants import constants_of
 from actuator.solve.equilibrium import Equilibrium, State
 
 DOMAIN = half_cylinder(1, 1, 3)
-CHI = initial_design(DOMAIN.points, RADIUS, 3.0) - 1.5 * DOMAIN.points[:, 2] / RADIUS
+CHI = DOMAIN.initial_design(DOMAIN.points, 3.0) - 1.5 * DOMAIN.points[:, 2] / RADIUS
 SPRINGS = {"paper's spring": 1.6e-2, "stiff spring": 0.5, "no spring": 0.0}
 
 
@@ -52,9 +50,9 @@ class MultiplierForm:
 
     def __init__(self, spring_ratio: float) -> None:
         material, self.load, objective = parameters(load={"spring_ratio": spring_ratio})
-        self.c = Coefficients.of(material, self.load, objective)
+        self.c = constants_of(material, self.load, objective)
         self.discretisation = Discretisation(DOMAIN)
-        self.source = pressure_source(self.discretisation.radii, RADIUS, material.drainage)
+        self.source = self.discretisation.source(material.drainage)
         self.tip = np.flatnonzero(DOMAIN.nodes[:, 0] == DOMAIN.length)
         facets = DOMAIN.mesh.facets_satisfying(lambda x: x[0] > DOMAIN.length - 1e-9, boundaries_only=True)
         # Products of the face's quadratic functions have degree 6 at most, with a linear Jacobian.

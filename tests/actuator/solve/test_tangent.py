@@ -8,13 +8,12 @@ import scipy.sparse as sp
 from physics import LENGTH, Floats, half_cylinder, parameters
 from scipy.sparse.linalg import spsolve
 
-from actuator.domains.initial_design import initial_design
 from actuator.solve.equilibrium import Equilibrium, NoState
 from actuator.solve.linearisation import Outdated
 from actuator.solve.state import State
 
 DOMAIN = half_cylinder(1, 1, 3)
-CHI = initial_design(DOMAIN.points, 15.0, 3.0) + 1.0
+CHI = DOMAIN.initial_design(DOMAIN.points, 3.0) + 1.0
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from command_line import TINY, Poro
 
-from actuator.material.laws.coefficients import Law, MooneyRivlin, NeoHooke, Ogden, Yeoh
+from actuator.material.laws.mooney_rivlin import MooneyRivlin
+from actuator.material.laws.neo_hooke import NeoHooke
+from actuator.material.laws.ogden import Ogden
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from pipeline.case.model import Case, parse_case
 from pipeline.exit_codes import ExitCode
 from pipeline.runs import keys
@@ -84,8 +87,6 @@ def test_key_of_a_case_with_the_default_law_is_that_of_one_without() -> None:
 
 
 def test_changed_law_is_a_reason_to_optimise_again(folder: Path, poro: Poro) -> None:
-    with h5py.File(folder / "tiny.h5") as file:
-        assert "neo-hooke" not in str(file.attrs)
     for text, first in ((TINY + "material: {law: neo-hooke}\n", []), (TINY + OGDEN, ["optimize"])):
         (folder / "tiny.yaml").write_text(text)
         ended = poro("run", "tiny.yaml", "--output", ".", "--dry-run", "--json")

@@ -86,6 +86,19 @@ def test_status_of_a_finished_case_loads_only_what_reads_artifacts(folder: Path)
     assert packages_of(folder, "status", "tiny.yaml", "--output", ".") & HEAVY == {"h5py"}
 
 
+def test_parameters_of_a_case_load_no_compiler() -> None:
+    """The report, the rig and the figures take the load from them."""
+    code = (
+        "import sys; from stages.settings import MaterialSettings, ProblemSettings\n"
+        "ProblemSettings(material=MaterialSettings(law={'name': 'yeoh', 'c2': 0.1, 'c3': 0.1})).parameters()\n"
+        "print('numba' in sys.modules)"
+    )
+    path = os.pathsep.join(entry for entry in sys.path if entry)
+    environment = os.environ | {"PYTHONPATH": path}
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert ended.stdout == "False\n"
+
+
 def test_kernels_are_kept_elsewhere_if_the_package_cannot_be_written(tmp_path: Path) -> None:
     """Installed by an administrator: numba would refuse to compile without a folder for its cache."""
     code = (

@@ -11,7 +11,6 @@ from command_line import Poro, edited
 from matplotlib.contour import ContourSet
 from PIL import Image
 
-from actuator.domains.initial_design import initial_design
 from pipeline.figures import plots
 from pipeline.figures.arm import arm_figure
 from pipeline.figures.initial import initial_figure
@@ -101,10 +100,10 @@ def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
 def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) -> None:
     design = read_design(folder / "tiny.h5")
     across = initial_figure(design).axes[1]
-    (outline,) = [each for each in across.collections if isinstance(each, ContourSet)]
+    (outline,) = [each for each in across.collections if isinstance(each, ContourSet) and not each.filled]
     points = np.concatenate([path.vertices for path in outline.get_paths()])
     places = np.column_stack([np.zeros(len(points)), points])
-    chi = initial_design(places, design.domain.radius, design.case.objective.interface_width)
+    chi = design.domain.initial_design(places, design.case.objective.interface_width)
     assert len(points) > 100
     assert np.abs(chi).max() < 0.01
 

@@ -19,6 +19,7 @@ from command_line import TINY, Poro, edited
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store import artifact
+from stages import refine
 from stages.chain import GOAL, path_to
 
 #: The stages to the part, in order.
@@ -93,7 +94,7 @@ def test_threads_solver_name_and_comments_are_no_reason(folder: Path, poro: Poro
 def test_other_stage_version_is_a_reason(folder: Path, poro: Poro) -> None:
     with edited(folder / "tiny.refined.h5") as file:
         file.attrs["stage_version"] -= 1
-    assert _plan(poro)["refine"] == ["stage version 0 → 1"]
+    assert _plan(poro)["refine"] == [f"stage version {refine.VERSION - 1} → {refine.VERSION}"]
     assert _runs(poro) == ["refine", "mirror", "export"]
 
 

@@ -14,7 +14,6 @@ import stages.mirror
 import stages.optimize
 import stages.refine
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
 from pipeline.case.model import case_type
 from pipeline.exit_codes import ExitCode
 from pipeline.runs.keys import plain
@@ -83,7 +82,7 @@ def test_every_edge_node_lies_between_its_corners(design: Path) -> None:
 
 
 def test_finer_mesh_and_surface_are_read_too(tmp_path: Path) -> None:
-    chi = initial_design(DOMAIN.points, 15.0, 3.0)
+    chi = DOMAIN.initial_design(DOMAIN.points, 3.0)
     finer = stages.refine.run(DOMAIN, chi, stages.refine.Settings())
     solid = stages.mirror.run(finer.domain, finer.chi, stages.mirror.Settings())
     refined = _write(tmp_path / "x.refined.h5", "refine", stages.refine.pack(finer))

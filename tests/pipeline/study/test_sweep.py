@@ -18,10 +18,14 @@ import pytest
 from command_line import POSIX_SIGNALS, TINY, Poro
 from PIL import Image
 
+from actuator import compilation
+from actuator.material.laws.yeoh import Yeoh
+from actuator.parameters import Law
 from pipeline.exit_codes import ExitCode
 from pipeline.figures.sweep import draw
 from pipeline.store import artifact
 from pipeline.study.study import read_study
+from pipeline.study.sweep import Sweep
 
 #: The second of three cases has no state.
 STUDY = """\
@@ -89,6 +93,18 @@ def test_failures_stop_nothing_and_a_second_run_does_what_is_missing(poro: Poro,
     assert collected.code == ExitCode.ARTIFACT
     assert "3 of 3 cases are not run to an end" in collected.err
     assert [row["C0"] for row in rows(Path("study.sweep.csv"))] == ["", "", ""]
+
+
+def test_kernels_are_compiled_for_the_laws_of_the_cases(
+    poro: Poro, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled: list[Law] = []
+    monkeypatch.setattr(compilation, "compile_kernels", compiled.append)
+    monkeypatch.setattr(Sweep, "run", lambda *arguments: None)
+    study = "case: tiny.yaml\nvary: {material.law.c2: [0.1, 0.2]}\n"
+    written(tmp_path, study, TINIEST + "material: {law: {name: yeoh, c2: 0.0, c3: 0.5}}\n")
+    poro("sweep", "study.yaml")
+    assert compiled == [Yeoh(0.2, 0.5)]  # one of the type will do
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ from physics import coefficients, density, fitted_permeability, half_cylinder, n
 from skfem import MeshHex
 
 from actuator.domains.half_cylinder import HalfCylinder
-from actuator.domains.initial_design import initial_design
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
 from actuator.solve.equilibrium import Equilibrium, State
@@ -29,7 +28,11 @@ def line_of_cubes(n: int, size: float) -> Any:
     layer, yz = np.divmod(np.arange(4 * (n + 1)), 4)
     mesh = MeshHex(size * np.array([layer, yz // 2, yz % 2], dtype=float), t)
     return SimpleNamespace(
-        mesh=mesh, section_points=4, section_cells=1, layers=n, cells=t.T, node_cells=np.zeros((n, 20), dtype=int)
+        mesh=mesh,
+        representatives=np.arange(1),
+        cell_class=np.zeros(n, dtype=int),
+        cells=t.T,
+        node_cells=np.zeros((n, 20), dtype=int),
     )
 
 
@@ -66,7 +69,7 @@ def leaking(shift: float) -> tuple[Equilibrium, State]:
     domain = HalfCylinder(15.0, 15.0, 4, 3, 4)
     equilibrium = Equilibrium(domain, *parameters(), threads=1)
     rough = np.random.default_rng(0).normal(scale=3.0, size=domain.mesh.nvertices)
-    chi = 4.0 * initial_design(domain.points, 15.0, 3.0) + rough + shift
+    chi = 4.0 * domain.initial_design(domain.points, 3.0) + rough + shift
     x = np.zeros(equilibrium.kinematics.size)
     u = equilibrium.kinematics.displacement(x)
     return equilibrium, State(chi, x, equilibrium.pressure(chi, x), u, np.zeros_like(u), 0.0, 1.0)
@@ -84,11 +87,11 @@ def test_a_tight_tube_is_seen_to_be_tight() -> None:
     """Through three cells of solid nothing comes; second-order elements alternate and leave a little."""
     domain = half_cylinder(4, 3, 4)
     equilibrium = Equilibrium(domain, *parameters(), threads=1)
-    chi = 2.0 * initial_design(domain.points, 15.0, 3.0)
+    chi = 2.0 * domain.initial_design(domain.points, 3.0)
     x = np.zeros(equilibrium.kinematics.size)
     p = equilibrium.pressure(chi, x)
     u = equilibrium.kinematics.displacement(x)
-    wall = np.unique(domain.mesh.facets[:, domain.wall_facets])
+    wall = np.unique(domain.mesh.facets[:, domain.outside.facets])
     fitted = p[wall].max() / C.pressure
     state = State(chi, x, p, u, np.zeros_like(u), 0.0, 1.0)
     assert 0.0 <= fitted < 1e-3

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from actuator.material.laws.coefficients import Law
-from actuator.material.laws.pointwise import stress, tangent
+from actuator.material.constants import constants_of_law
+from actuator.material.pointwise import stress, tangent
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats
+    from actuator.parameters import Law
 
 #: Principal stretches λ^e of the standard tests: exponents e of the driven stretch λ.
 TESTS = {
@@ -22,15 +23,15 @@ TESTS = {
 
 
 @njit(cache=True)
-def _principal(law, stretches, S, D):
+def _principal(c, stretches, S, D):
     b, A = np.zeros((3, 3)), np.empty((3, 3))
     X, dA = np.zeros((3, 3, 3)), np.empty((3, 3, 3))
     for q in range(len(stretches)):
         for i in range(3):
             b[i, i] = stretches[q, i] ** 2
             X[i, i, i] = 2.0 * b[i, i]  # ∂b̄/∂ln λ_i
-        stress(law, b, A)
-        tangent(law, b, X, dA)
+        stress(c, b, A)
+        tangent(c, b, X, dA)
         for i in range(3):
             S[q, i] = A[i, i]
             for j in range(3):
@@ -43,7 +44,7 @@ def principal_stresses(law: Law, stretches: Floats) -> tuple[Floats, Floats]:
     Cauchy stresses of the incompressible solid are G S_i plus a pressure.
     """
     S, D = np.empty_like(stretches), np.empty((*stretches.shape, 3))
-    _principal(law, np.ascontiguousarray(stretches, dtype=np.float64), S, D)
+    _principal(constants_of_law(law), np.ascontiguousarray(stretches, dtype=np.float64), S, D)
     return S, D
 
 
