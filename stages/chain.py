@@ -183,7 +183,7 @@ for _row in (
         after="mirror",
         options=(SCALE, FORMAT, youngs("also writes the rig's sheet")),
         makes_part=True,
-        beside=(Beside("picture", ".png", of_result=True), Beside("rig", ".rig.md", settings="stages.rig")),
+        beside=(Beside("part-figure", ".png", of_result=True), Beside("rig", ".rig.md", settings="stages.rig")),
     ),
     Stage(
         "simulate",

@@ -16,6 +16,7 @@ import numpy as np
 from stages.datasets import QUADRATIC_HEXAHEDRON, Dataset, GridPaths, Packed, nodes, on_nodes
 
 if TYPE_CHECKING:
+    from actuator.arrays import Floats
     from stages.response import Response
 
 #: Units of the columns of a pressure-displacement curve; the others are numbers without a unit.
@@ -38,6 +39,11 @@ class Result:
     responses: dict[str, Response]
     summary: dict[str, Any]
     finished: bool
+
+    @property
+    def curves(self) -> dict[str, dict[str, Floats]]:
+        """Columns of every field's curve along its path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
+        return {name: response.curves for name, response in self.responses.items()}
 
 
 def pack(result: Result) -> Packed:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from actuator.arrays import Floats, Ints
-from stages.domains import DOMAINS
+from actuator.failure import InvalidField
 
 if TYPE_CHECKING:  # scikit-fem: only where a mesh is
     from actuator.domains.interface import Domain
@@ -105,9 +105,6 @@ class Source(Protocol):
     def read_group(self, group: str) -> dict[str, Any]:
         """All datasets of a group by name; floating-point ones are finite."""
 
-    def fault(self, sentence: str) -> Exception:
-        """What is wrong with the artifact, and the remedy; without its name and full stop."""
-
 
 @cache
 def vtk_order() -> NDArray[np.int64]:
@@ -150,14 +147,16 @@ def design(source: Source) -> tuple[Domain, Floats]:
     """Domain and χ at its vertices, (n_vertices,), from an artifact that holds a design.
 
     Raises:
-        Exception: the source's, if the domain is not registered.
+        actuator.failure.InvalidField: if nobody registered the domain.
     """
+    from stages.domains import DOMAINS  # settings: only where a stage works on the design
+
     (chi,) = source.read("vertices/chi")
     stored = source.read_group("domain")
     shape = stored.pop("shape", "without a name")
     if shape not in DOMAINS:
         known = ", ".join(DOMAINS)
-        raise source.fault(f"its design domain, {shape}, is none of {known}; register it, or make the file again")
+        raise InvalidField(f"its design domain, {shape}, is none of {known}; register it, or make the file again.")
     return DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()}), chi
 
 

@@ -221,16 +221,16 @@ def _result(
     )
 
 
+def coarser(domain: DomainSettings) -> str:
+    """What to change for a mesh of fewer cells."""
+    *most, last = (f"domain.{key}" for key in domain.counts)
+    return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
+
+
 def needs(case: Any) -> Need:
     """Least memory for a case."""
     cells = case.domain.cells
     return Need(cells, least_memory(cells), coarser(case.domain))
-
-
-def coarser(domain: DomainSettings) -> str:
-    """What to change where the memory does not hold the mesh."""
-    *most, last = (f"domain.{key}" for key in domain.counts)
-    return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
 
 
 def start(task: Task) -> Result:

@@ -61,27 +61,26 @@ def folder(finished: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def undrawn(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts get the picture of the finished case: the process that draws one starts for seconds."""
-    picture = finished / "tiny.png"
-    monkeypatch.setattr("pipeline.figures.part.draw_part", lambda part, path: shutil.copy(picture, path))
+    """Parts get the figure of the finished case: the process that draws one starts for seconds."""
+    figure = finished / "tiny.png"
+    monkeypatch.setattr("pipeline.figures.part.draw_part", lambda part, path: shutil.copy(figure, path))
 
 
 @pytest.fixture
 def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures and the 3D view of the report replaced by a pixel: for tests of what stands around them."""
-    from pipeline.figures import plots
+    from pipeline.figures import designs
     from pipeline.report import page as report
-    from pipeline.results.design import Design
+    from pipeline.results.design import OptimisedDesign
 
-    def pixel(design: Design, kind: str, format: str = "png", simulation: Path | None = None) -> plots.Drawing:
-        return plots.Drawing(kind, format, b"pixel")
+    def pixel(design: OptimisedDesign, name: str, format: str) -> tuple[str, bytes]:
+        return format, b"pixel"
 
-    def none(design: Design) -> None:
+    def none(design: OptimisedDesign) -> None:
         return None
 
-    for module in (plots, report):
-        monkeypatch.setattr(module, "draw", pixel)
-    monkeypatch.setattr(report, "model_of", none)
+    monkeypatch.setattr(designs, "drawn", pixel)
+    monkeypatch.setattr(report, "displayed", none)
 
 
 @pytest.fixture(scope="session")

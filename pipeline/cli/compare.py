@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.options import Output, Picture, Source
+from pipeline.cli.options import FigureFormat, Output, Source
 from stages.chain import SCALE, youngs
 from stages.words import FieldName, Sensor, Zero
 
@@ -49,7 +49,7 @@ def compare(
     smoothing: Annotated[
         float | None, typer.Option("--smoothing", help="Half window of the curves over full scale. Default: 0.02.")
     ] = None,
-    format: Annotated[Picture, typer.Option("--format", help="Of the figure.")] = "png",
+    format: Annotated[FigureFormat, typer.Option("--format", help="Of the figure.")] = "png",
     output: Output = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:

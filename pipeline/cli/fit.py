@@ -10,9 +10,6 @@ from typer.core import TyperCommand
 
 from pipeline.cli import completion
 
-#: Units of stress.
-StressUnit = Literal["MPa", "kPa", "Pa"]
-
 
 class FitCommand(TyperCommand):
     """The command, which looks the names of the laws up when it is asked for: a program may have added some."""
@@ -30,6 +27,10 @@ def _known(law: str) -> str:
     if law not in (known := completion.laws("")):
         raise typer.BadParameter(f"'{law}' is not one of {', '.join(map(repr, known))}.")
     return law
+
+
+#: Units of stress.
+StressUnit = Literal["MPa", "kPa", "Pa"]
 
 
 def fit(

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from actuator.geometry.printing.directions import Axis, Direction
-from pipeline.cli.options import Json, Part, Picture
+from pipeline.cli.options import FigureFormat, Json, Part
 
 
 def check(
@@ -54,7 +54,7 @@ def slice_part(
         list[float] | None, typer.Option("--height", help="Write the slice at this height, mm; may be repeated.")
     ] = None,
     format: Annotated[
-        Picture | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
+        FigureFormat | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
     ] = None,
     pixel: Annotated[float, typer.Option("--pixel", help="Side of a pixel of a slice as PNG, mm.")] = 0.05,
     as_json: Json = False,

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.cli import completion
-from pipeline.cli.options import Json, Output, Picture, Source
+from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
 
 #: Fields that colour a shape.
@@ -17,14 +17,17 @@ Colour = Literal["pressure", "density"]
 
 def plot(
     case: Source,
-    format: Annotated[Picture, typer.Option("--format", help="Of histories and section; views are PNG.")] = "png",
+    format: Annotated[FigureFormat, typer.Option("--format", help="Of what matplotlib draws; views are PNG.")] = "png",
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="Draw this figure, such as section; may be repeated.")
+    ] = None,
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Draw an optimised design: histories (also as CSV), section with pressure, and views."""
+    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
     from pipeline.runs import perform as commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format, as_json=as_json))
+    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
 
 
 def report(

@@ -1,1 +1,1 @@
-"""Drawings of designs, parts, curves and tests."""
+"""Figures of designs, parts, curves and tests."""

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from actuator.arrays import Floats
 from actuator.geometry.zero_set import Surface
 from pipeline.figures.offscreen import BODY
-from pipeline.figures.painting import paint
-from pipeline.results.design import Design
-from pipeline.results.shape import fields_at
+from pipeline.figures.shading import draw_solid
+from pipeline.results.design import OptimisedDesign
 
 #: Direction to the eye: X1 to the right, X3 upwards.
 SIDE = (0.0, -1.0, 0.0)
@@ -25,15 +24,15 @@ ARM, GROUND, SPRING, GHOST, SIZE = "#5b6470", "#3a3f45", "#c55a11", "#70777f", "
 COILS = 9
 
 
-def arm_figure(design: Design) -> Figure:
+def arm(design: OptimisedDesign) -> Figure:
     """Side view: the deformed actuator, arm and spring, and where they were without pressure, dashed."""
     domain, (_, load, _) = design.domain, design.case.optimize.parameters()
     size, length, reach = domain.size, domain.length, load.arm_length
     shape = design.shape
-    _, moved = fields_at(design, shape.vertices)
+    _, moved = design.fields_at(shape.vertices)
     figure = Figure(figsize=(10.0, 4.5), dpi=110, layout="constrained")
     axes = figure.subplots()
-    paint(axes, Surface(shape.vertices + moved, shape.triangles), SIDE, BODY, zorder=2)
+    draw_solid(axes, Surface(shape.vertices + moved, shape.triangles), SIDE, BODY, zorder=2)
     _silhouette(axes, shape.vertices[:, [0, 2]], shape.triangles)
     _support(axes, size)
     _arm(axes, np.zeros(3), size, length, reach, ghost=True)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from actuator.arrays import Floats
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.design import read_design
-from pipeline.results.shape import fields_at
 from pipeline.store import atomic
 
 FORMATS = (".glb", ".ply")
@@ -42,7 +41,7 @@ def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
         raise Fault(ExitCode.USAGE, f"{target}: there is no folder {target.parent}; make it or choose another.")
     design = read_design(source)
     shape = design.shape
-    found, moved = fields_at(design, shape.vertices)
+    found, moved = design.fields_at(shape.vertices)
     vertices = shape.vertices + moved if deformed else shape.vertices
     if ending == ".glb":
         vertices = METRES * vertices @ UP.T

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from pipeline.figures.offscreen import reduce_colours
-from pipeline.measured.comparison import Comparison
+from stages.compare import Prediction, Result
 from stages.compare.deviations import Target
 
 #: More points of a side are not seen apart, and make vector graphics heavy.
@@ -20,26 +14,15 @@ MOST_POINTS = 1500
 LOADING, UNLOADING, PREDICTED = ("#1f4e79", "#a9c4e0"), ("#c55a11", "#f3c39f"), "#000000"
 
 
-def draw(found: Comparison, target: Path, format: str) -> None:
-    """Draw a comparison.
+def comparison(result: Result, prediction: Prediction, title: str = "", field: str = "") -> Figure:
+    """Measured rows in two light tones, averages in their dark ones, the prediction in black, the target dashed.
 
     Args:
-        found: what was compared.
-        target: the file.
-        format: ``png`` or ``svg``.
-
-    Raises:
-        OSError: if the folder or the disk does not take the figure.
+        result: of the comparison.
+        prediction: what was compared with.
+        title: above the figure.
+        field: which density field was simulated, for the legend.
     """
-    canvas: Any = (FigureCanvasSVG if format == "svg" else FigureCanvasAgg)(figure_of(found))
-    canvas.print_figure(target, format=format)
-    if format == "png":
-        reduce_colours(target)
-
-
-def figure_of(found: Comparison) -> Figure:
-    """Measured rows in two light tones, averages in their dark ones, the prediction in black, the target dashed."""
-    result = found.result
     figure = Figure(figsize=(8.0, 5.2), dpi=110, layout="constrained", facecolor="white")
     axes = figure.subplots()
     sides = (
@@ -55,19 +38,19 @@ def figure_of(found: Comparison) -> Figure:
         points = result.aligned.pressure[shown], result.aligned.displacement[shown]
         axes.plot(*points, "o", color=light, markersize=4.0, markeredgewidth=0.0, zorder=1.5)
         axes.plot(result.pressure, mean, color=dark, linewidth=1.2, label=f"measured, {name}, {_mean(len(rows))}")
-    pressure, displacement = found.prediction.pressure, found.prediction.displacement
-    if found.prediction.curve:
-        label = f"predicted, {found.source.field}"
+    pressure, displacement = prediction.pressure, prediction.displacement
+    if prediction.curve:
+        label = ", ".join(filter(None, ("predicted", field)))
         axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label=label)
     else:
         axes.plot([0.0, *pressure], [0.0, *displacement], "D", color=PREDICTED, label="predicted, no curve")
     target = result.target
     axes.axvline(target.pressure, color="#7f7f7f", linestyle="--", linewidth=1.0, label=_target(target))
     axes.plot(target.pressure, target.mean, "o", color=LOADING[0], markersize=7.0)
-    if target.predicted is not None and found.prediction.curve:
+    if target.predicted is not None and prediction.curve:
         axes.plot(target.pressure, target.predicted, "o", color=PREDICTED, markersize=7.0)
     axes.set(xlabel="pressure [kPa]", ylabel="displacement of the spring's end [mm]")
-    axes.set_title(found.title, fontsize=9)
+    axes.set_title(title, fontsize=9)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper left")
     return figure

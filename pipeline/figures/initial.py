@@ -15,8 +15,8 @@ from actuator.arrays import Floats
 from actuator.geometry.outer_triangles import outer_triangles
 from actuator.geometry.zero_set import solid_boundary
 from pipeline.figures.offscreen import ABOVE, BODY
-from pipeline.figures.painting import paint, projection
-from pipeline.results.design import Design
+from pipeline.figures.shading import draw_solid, projection
+from pipeline.results.design import OptimisedDesign
 
 EDGE, DOMAIN, SOURCE = "#2f7fc1", "#3a3f45", "#c00000"
 #: Points across a section.
@@ -25,7 +25,7 @@ FINE = 401
 SHARP = np.cos(np.radians(30.0))
 
 
-def initial_figure(design: Design) -> Figure:
+def initial(design: OptimisedDesign) -> Figure:
     """The initial solid in the domain, half of it if half is modelled; sections across the axis and in X2 = 0."""
     domain = design.domain
     figure = Figure(figsize=(11.0, 4.2), dpi=110, layout="constrained")
@@ -56,7 +56,9 @@ def initial_figure(design: Design) -> Figure:
     return figure
 
 
-def _density(axes: Axes, design: Design, plane: tuple[Floats, Floats], places: Floats, inside: Any = True) -> Any:
+def _density(
+    axes: Axes, design: OptimisedDesign, plane: tuple[Floats, Floats], places: Floats, inside: Any = True
+) -> Any:
     """Density, outline of the solid and source of Eq. (A.1) where it has at least half its strength, in a plane.
 
     Args:
@@ -79,11 +81,11 @@ def _density(axes: Axes, design: Design, plane: tuple[Floats, Floats], places: F
     return image
 
 
-def _solid(axes: Axes, design: Design) -> None:
+def _solid(axes: Axes, design: OptimisedDesign) -> None:
     domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
     chi = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
     tets = domain.tetrahedra().corners
-    paint(axes, solid_boundary(domain.points, tets, outer_triangles(domain, tets), chi), ABOVE, BODY, zorder=2)
+    draw_solid(axes, solid_boundary(domain.points, tets, outer_triangles(domain, tets), chi), ABOVE, BODY, zorder=2)
     rows, ring = projection(ABOVE)[:2], domain.outline()
     closed = np.concatenate([ring, ring[:1]])
     for x1, order in ((0.0, 1), (domain.length, 3)):

@@ -1,4 +1,4 @@
-"""Pictures of the part: VTK draws them where it can, and else matplotlib plainer ones."""
+"""The figure of the part: VTK draws it where it can, and else matplotlib a plainer one."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from matplotlib.figure import Figure
 
 from actuator.arrays import Floats, Ints
+from actuator.geometry.normals import triangle_normals
 from actuator.geometry.solid import manifold_of
 from actuator.geometry.zero_set import Surface
-from pipeline.figures.offscreen import ABOVE, BODY, PAPER, drawn_apart, reduce_colours
-from pipeline.store.atomic import replacing
+from pipeline.figures.offscreen import ABOVE, BODY, PAPER, CannotDraw, drawn_apart
+from pipeline.figures.saving import Drawn, save
 
 SIZE = (1400, 700)
 CUT = "#e8a33d"
@@ -21,25 +23,27 @@ CUT = "#e8a33d"
 OUTSIDE, INSIDE = ABOVE, (0.35, -1.0, 0.3)
 
 
-def draw_part(part: Path, picture: Path) -> None:
-    """Draw a part twice, whole and cut open at X2 = 0, into a PNG.
-
-    Args:
-        part: STL or 3MF, as exported.
-        picture: the PNG.
+def draw_part(file: Path, target: Path) -> None:
+    """Draw the part in a file, STL or 3MF as exported, into a PNG.
 
     Raises:
-        OSError: if the part cannot be read, or the folder or the disk does not take the picture.
+        OSError: if the part cannot be read, or the folder or the disk does not take the figure.
     """
-    solid = trimesh.load_mesh(part)
-    vertices, triangles = np.array(solid.vertices), np.array(solid.faces)
-    with replacing(picture) as temporary:
-        drawn = drawn_apart("pipeline.figures.part", {"vertices": vertices, "triangles": triangles})
-        if drawn is None:
-            _draw_with_matplotlib(vertices, triangles, temporary)
-        else:
-            temporary.write_bytes(drawn)
-        reduce_colours(temporary)
+    solid = trimesh.load_mesh(file)
+    save(part(np.array(solid.vertices), np.array(solid.faces)), target)
+
+
+def part(vertices: Floats, triangles: Ints) -> Drawn:
+    """A part twice, whole and cut open at X2 = 0.
+
+    Args:
+        vertices: (n, 3), mm.
+        triangles: (m, 3), closed, counter-clockwise seen from outside.
+    """
+    try:
+        return drawn_apart("pipeline.figures.part", {"vertices": vertices, "triangles": triangles})
+    except CannotDraw:
+        return _drawn_by_matplotlib(vertices, triangles)
 
 
 def _draw_with_vtk(vertices: Floats, triangles: Ints, png: Path) -> None:
@@ -72,34 +76,31 @@ def _draw_with_vtk(vertices: Floats, triangles: Ints, png: Path) -> None:
     plotter.screenshot(png)
 
 
-def _draw_with_matplotlib(vertices: Floats, triangles: Ints, png: Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+def _drawn_by_matplotlib(vertices: Floats, triangles: Ints) -> Figure:
     from matplotlib.colors import to_rgb
-    from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, facecolor=PAPER)
-    FigureCanvasAgg(figure)
     for column, view in enumerate((OUTSIDE, INSIDE)):
         axes: Any = figure.add_axes((0.5 * column, 0.0, 0.5, 1.0), projection="3d", proj_type="ortho")
         direction = np.array(view) / np.linalg.norm(view)
         pieces = _pieces(vertices, triangles, cut=view is INSIDE)
         corners = np.concatenate([piece for piece, _ in pieces])
-        paint = np.concatenate([np.tile(to_rgb(colour), (len(piece), 1)) for piece, colour in pieces])
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        body = np.concatenate([np.tile(to_rgb(colour), (len(piece), 1)) for piece, colour in pieces])
+        normals = triangle_normals(corners)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         facing = normals @ direction > 0.0  # of a closed surface the rest is hidden
         light = 0.35 + 0.65 * (normals @ direction)[facing, None]
         # Edges in the colour of their triangle close the hairlines between triangles.
-        colours = light * paint[facing]
+        colours = light * body[facing]
         axes.add_collection3d(Poly3DCollection(corners[facing], facecolors=colours, edgecolors=colours, linewidths=0.4))
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         axes.set_box_aspect(high - low, zoom=1.2)
         azimuth = float(np.degrees(np.arctan2(direction[1], direction[0])))
         axes.view_init(elev=float(np.degrees(np.arcsin(direction[2]))), azim=azimuth)
         axes.set_axis_off()
-    figure.savefig(png, format="png")
+    return figure
 
 
 def _pieces(vertices: Floats, triangles: Ints, cut: bool) -> list[tuple[Floats, str]]:

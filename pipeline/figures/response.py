@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from pipeline.figures.offscreen import reduce_colours
-from pipeline.results.simulation import RigUnits, Simulation
-from pipeline.store.atomic import replacing
+from actuator.arrays import Floats
+from pipeline.results.simulation import Curves, RigUnits
 
 COLOURS = {"density": "#1f4e79", "thresholded": "#c55a11"}
 
 
-def pressure_displacement(simulation: Simulation, rig: RigUnits | None = None) -> Figure:
+def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
     """Pressure against spring elongation and arm rotation, of all fields.
 
     Args:
@@ -31,9 +31,9 @@ def pressure_displacement(simulation: Simulation, rig: RigUnits | None = None) -
             pressure, elongation = rig.scaled(pressure, elongation)
         for axes, values in ((left, elongation), (right, np.degrees(curve["theta2"]))):
             _draw(axes, field, values, pressure, curve["loading"] == 1.0)
-            _mark(axes, simulation, field, values, pressure)
+            _mark(axes, curve, simulation.summary["fields"][field]["limit_points"], values, pressure)
     unit = "kPa, part" if rig else "N/mm²"
-    target = simulation.pressure_in
+    target = simulation.summary["pressure_in"]
     if rig:
         target = float(rig.scaled(np.array(target), np.array(0.0))[0])
     for axes in (left, right):
@@ -45,19 +45,7 @@ def pressure_displacement(simulation: Simulation, rig: RigUnits | None = None) -
     return figure
 
 
-def write(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG.
-
-    Raises:
-        OSError: if the folder or the disk does not take it.
-    """
-    canvas = FigureCanvasAgg(figure)
-    with replacing(path) as temporary:
-        canvas.print_figure(temporary, format="png")
-        reduce_colours(temporary)
-
-
-def _draw(axes: Axes, field: str, values: np.ndarray, pressure: np.ndarray, loading: np.ndarray) -> None:
+def _draw(axes: Axes, field: str, values: Floats, pressure: Floats, loading: NDArray[np.bool_]) -> None:
     colour = COLOURS[field]
     axes.plot(values[loading], pressure[loading], "o-", color=colour, markersize=3, label=f"{field}, up")
     axes.plot(
@@ -65,8 +53,9 @@ def _draw(axes: Axes, field: str, values: np.ndarray, pressure: np.ndarray, load
     )
 
 
-def _mark(axes: Axes, simulation: Simulation, field: str, values: np.ndarray, pressure: np.ndarray) -> None:
-    curve = simulation.curves[field]
-    for limit in simulation.summary["fields"][field]["limit_points"]:
+def _mark(
+    axes: Axes, curve: Mapping[str, Floats], limits: list[dict[str, Any]], values: Floats, pressure: Floats
+) -> None:
+    for limit in limits:
         here = (curve["load_factor"] == limit["load_factor"]) & (curve["loading"] == float(limit["loading"]))
         axes.plot(values[here], pressure[here], "D", color="#b00020", markersize=7, fillstyle="none")

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import logging
-from pathlib import Path
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pipeline.case.writer import value_text
-from pipeline.store.atomic import replacing
-from pipeline.study.study import Study
-
-logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
+from pipeline.results.wording import formatted
 
 #: What is drawn: column and label.
 DRAWN = {
@@ -30,20 +24,20 @@ MOST_CURVES, MOST_LISTED = 8, 12
 MOST_TICKS = 5
 
 
-def draw(study: Study, table: list[dict[str, Any]], png: Path) -> Figure:
-    """Draw curves over the key with the most values, one per combination of the others, or a map of two keys.
+def sweep(
+    table: list[dict[str, Any]], keys: Sequence[str], *, grid: bool = True, logarithmic: Collection[str] = ()
+) -> Figure:
+    """Curves over the key with the most values, one per combination of the others, or a map of two keys.
 
     Args:
-        study: what was varied.
-        table: rows of :func:`pipeline.study.table.rows`.
-        png: the picture.
-
-    Raises:
-        OSError: if the folder or the disk does not take it.
+        table: one row per case, with a value for every key and, or None, every column of :data:`DRAWN`.
+        keys: what was varied.
+        grid: whether every value is combined with every other; else the first with the first and so on.
+        logarithmic: keys whose axis is logarithmic.
     """
-    values = {key: list(dict.fromkeys(row[key] for row in table)) for key in study.keys}
-    along = max(study.keys, key=lambda key: len(values[key])) if study.grid else study.keys[0]
-    others = [key for key in study.keys if key != along] if study.grid else []
+    values = {key: list(dict.fromkeys(row[key] for row in table)) for key in keys}
+    along = max(keys, key=lambda key: len(values[key])) if grid else keys[0]
+    others = [key for key in keys if key != along] if grid else []
     figure = Figure(figsize=(10.0, 7.0), dpi=110, layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     mapped = len(others) == 1 and len(values[others[0]]) > MOST_CURVES
@@ -55,13 +49,11 @@ def draw(study: Study, table: list[dict[str, Any]], png: Path) -> Figure:
             _curves(axes, table, along, others, values[along], column)
             axes.set(xlabel=along, ylabel=label)
             axes.grid(alpha=0.3)
-            if along in study.logarithmic:
+            if along in logarithmic:
                 axes.set_xscale("log")
     handles, labels = panels[0].get_legend_handles_labels()
     if others and not mapped and len(labels) <= MOST_LISTED:
         figure.legend(handles, labels, title=", ".join(others), loc="outside right upper", frameon=False)
-    with replacing(png) as temporary:
-        FigureCanvasAgg(figure).print_figure(temporary, format="png")
     return figure
 
 
@@ -110,7 +102,7 @@ def _name_words(axes: Axes, ticks: list[Any], name: str) -> None:
 
 
 def _brief(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else value_text(value)
+    return formatted(value, 3)
 
 
 def _numbers(values: list[Any]) -> bool:

@@ -1,6 +1,6 @@
 """Views of a design, drawn by VTK: from the side, from the front, from above, and deformed with its pressure.
 
-Run in a process of its own with the arrays' file and the picture's (:mod:`pipeline.figures.offscreen`).
+Run in a process of its own with the file of the arrays and that of the figure (:mod:`pipeline.figures.offscreen`).
 """
 
 from __future__ import annotations
@@ -10,8 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pyvista
+from PIL import Image
 
-from pipeline.figures.offscreen import ABOVE, BODY, PAPER
+from pipeline.figures.offscreen import ABOVE, BODY, PAPER, drawn_apart
+from pipeline.results.design import OptimisedDesign
+from stages.datasets import vtk_order
 
 SIZE = (1400, 1000)
 ZOOM = 1.3
@@ -24,8 +27,24 @@ VIEWS = (
 BAR = {"title": "p / p_in\n", "color": "black", "vertical": True, "position_x": 0.85, "position_y": 0.2, "height": 0.6}
 
 
-def draw(arrays: dict[str, np.ndarray], png: Path) -> None:
-    """Draw the four views into a PNG."""
+def views(design: OptimisedDesign) -> Image.Image:
+    """Draw a design from three sides, and deformed from above, coloured by p / p_in.
+
+    Raises:
+        CannotDraw: if VTK cannot draw on this machine.
+    """
+    arrays = {
+        "points": design.domain.points,
+        "cells": design.domain.cells[:, vtk_order()[:8]],
+        "chi": design.chi,
+        "pressure": design.relative_pressure,
+        "displacement": design.vertex_displacement,
+        "mirrored": np.array(design.domain.mirrored),
+    }
+    return drawn_apart("pipeline.figures.views", arrays)
+
+
+def _draw(arrays: dict[str, np.ndarray], png: Path) -> None:
     cells = np.column_stack([np.full(len(arrays["cells"]), 8), arrays["cells"]])
     kinds = np.full(len(cells), pyvista.CellType.HEXAHEDRON, dtype=np.uint8)
     grid = pyvista.UnstructuredGrid(cells.ravel(), kinds, arrays["points"])
@@ -73,4 +92,4 @@ def _look(plotter: pyvista.Plotter, direction: tuple[float, ...], up: tuple[floa
 
 if __name__ == "__main__":
     with np.load(sys.argv[1], allow_pickle=False) as found:
-        draw(dict(found), Path(sys.argv[2]))
+        _draw(dict(found), Path(sys.argv[2]))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from pipeline.exit_codes import ExitCode, Fault, shown
+from pipeline.measured.titles import name_and_unit
 
 
 class Quantity(StrEnum):
@@ -60,7 +61,6 @@ _UNITS = {
     Quantity.DISPLACEMENT: {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3, "um": 1e-3},
     Quantity.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
-_UNIT = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|/\s*(?P<slash>\S+))\s*$")
 
 
 def named(column: Column) -> str:
@@ -89,7 +89,7 @@ def columns_of(where: str, header: list[str], wanted: dict[Quantity, str | None]
             remedy = "rename all but one" if given else f"name one with --{quantity}-column"
             raise Fault(ExitCode.ARTIFACT, f"{where}: the columns {these} may all be the {quantity}; {remedy}.")
         if places:
-            unit = _parted(titles[places[0]])[1] or (_parted(given)[1] if given else "")
+            unit = name_and_unit(titles[places[0]])[1] or (name_and_unit(given)[1] if given else "")
             found[quantity] = _column(where, places[0], titles[places[0]], unit, quantity)
         elif quantity is not Quantity.TIME:
             known = shown(", ".join(f"'{title}'" for title in titles), 200)
@@ -107,19 +107,11 @@ def columns_of(where: str, header: list[str], wanted: dict[Quantity, str | None]
     return found
 
 
-def _parted(title: str) -> tuple[str, str]:
-    """Name and unit of a title; the unit may be empty."""
-    match = _UNIT.match(title)
-    if not match:
-        return title.strip(), ""
-    return match["name"].strip(), (match["square"] or match["round"] or match["slash"] or "").strip()
-
-
 def _places(titles: list[str], quantity: Quantity) -> list[int]:
     """Columns whose name tells a quantity."""
     found = []
     for place, title in enumerate(titles):
-        name = _parted(title)[0].casefold()
+        name = name_and_unit(title)[0].casefold()
         if name in _NAMES[quantity] or _WORDS[quantity] & set(re.split(r"[\W_]+", name)):
             found.append(place)
     return found
@@ -128,8 +120,8 @@ def _places(titles: list[str], quantity: Quantity) -> list[int]:
 def _given(where: str, titles: list[str], quantity: Quantity, given: str) -> list[int]:
     """Columns of a title or name that the user gave."""
     places = [place for place, title in enumerate(titles) if title == given.strip()]
-    places = places or [place for place, title in enumerate(titles) if _parted(title)[0] == given.strip()]
-    places = places or [place for place, title in enumerate(titles) if title == _parted(given)[0]]
+    places = places or [place for place, title in enumerate(titles) if name_and_unit(title)[0] == given.strip()]
+    places = places or [place for place, title in enumerate(titles) if title == name_and_unit(given)[0]]
     if not places:
         close = difflib.get_close_matches(given, titles, n=1, cutoff=0.5)
         names = shown(", ".join(f"'{title}'" for title in close or titles), 200)
@@ -146,9 +138,8 @@ def _column(where: str, index: int, title: str, unit: str, quantity: Quantity) -
     if known in units:
         return Column(index, title, known, units[known], known in _VOLTS)
     fault = f"'{shown(unit)}' is no unit of {quantity} that is known" if unit else "it has no unit"
-    remedy = (
-        f"write one of {', '.join(units)} into the header, as in '{shown(_parted(title)[0])} [{next(iter(units))}]'"
-    )
+    name, first = name_and_unit(title)[0], next(iter(units))
+    remedy = f"write one of {', '.join(units)} into the header, as in '{shown(name)} [{first}]'"
     if not unit:
-        remedy += f", or into the option: --{quantity}-column '{shown(title)} [{next(iter(units))}]'"
+        remedy += f", or into the option: --{quantity}-column '{shown(title)} [{first}]'"
     raise Fault(ExitCode.ARTIFACT, f"{where}: column '{shown(title)}': {fault}; {remedy}.")

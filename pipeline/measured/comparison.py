@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,16 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from actuator.arrays import Floats
 from actuator.failure import Failure
+from pipeline.case.model import Case
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.measurement import Measurement
 from pipeline.results.json_output import result_json
 from pipeline.results.simulation import read_simulation
 from pipeline.runs.job import Job
 from pipeline.store import artifact, contents
-from pipeline.store.atomic import replacing, write_bytes
+from pipeline.store.atomic import write_bytes
 from stages import compare
 from stages.rig import scaled
 
@@ -79,11 +82,12 @@ class Comparison:
         Raises:
             OSError: if the folder or the disk does not take a file.
         """
-        from pipeline.figures.comparison import draw  # loads drawing libraries
+        # Load a drawing library.
+        from pipeline.figures.comparison import comparison
+        from pipeline.figures.saving import save
 
         figure, report, table = self.files(format)
-        with replacing(figure) as temporary:
-            draw(self, temporary, format)
+        save(comparison(self.result, self.prediction, self.title, self.source.field), figure)
         write_bytes(report, f"{self.as_json(format)}\n".encode())
         write_bytes(table, self.as_csv().encode())
 
@@ -173,6 +177,32 @@ def compared(job: Job, measurement: Measurement, field: str | None, options: dic
     return Comparison(job, measurement, sha256, settings, prediction, source, result)
 
 
+def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare.Prediction:
+    """What was predicted, scaled to the part that a case describes.
+
+    Args:
+        case: with the size of the part and what it is printed of.
+        response: columns of a pressure-displacement curve, N/mm² and mm, or the elongation of the spring at p_in, mm.
+
+    Raises:
+        ValueError: if a curve has no point with pressure on the way up.
+    """
+    scale, modulus = case.export.scale, case.rig.youngs_modulus
+    assert modulus is not None
+    pressure_in = case.optimize.parameters()[1].pressure
+    if isinstance(response, float):
+        pressure, length = np.array([pressure_in]), np.array([response])
+    else:
+        pressure, length = np.asarray(response["pressure"]), np.asarray(response["elongation"])
+        rows = (np.asarray(response["loading"]) == 1) & np.isfinite(pressure) & np.isfinite(length)
+        if not (pressure[rows] > 0.0).any():
+            raise ValueError("it has no loading part; make it again with `poro simulate`")
+        pressure, length = pressure[rows], length[rows]
+    kilopascals, millimetres = scaled(pressure, length, case.optimize, scale, modulus)
+    target, _ = scaled(pressure_in, 0.0, case.optimize, scale, modulus)
+    return compare.Prediction(kilopascals, millimetres, target, not isinstance(response, float))
+
+
 def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]:
     """What was predicted, scaled to the part, and where it comes from."""
     case = job.case
@@ -186,40 +216,31 @@ def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]
     beside = dict.fromkeys((job.files.folder, design.parent))
     simulations = [folder / f"{case.name}.simulation.h5" for folder in beside]
     found = next((path for path in simulations if path.is_file()), None)
-    pressure_in = case.optimize.parameters()[1].pressure
-    notes: tuple[str, ...] = ()
-    if found:
-        curves = read_simulation(found).curves
-        name = field or "density"
-        if name not in curves:
-            known = " or ".join(curves)
-            raise Fault(ExitCode.USAGE, f"--field {name}: {found} has only {known}; simulate it, or choose another.")
-        columns = curves[name]
-        pressure, length = np.asarray(columns["pressure"]), np.asarray(columns["elongation"])
-        rows = (np.asarray(columns["loading"]) == 1) & np.isfinite(pressure) & np.isfinite(length)
-        if not (pressure[rows] > 0.0).any():
-            raise Fault(ExitCode.ARTIFACT, f"{found}: it has no loading part; make it again with `poro simulate`.")
-        if design.is_file() and artifact.read_header(found).upstream_identity != artifact.read_header(design).identity:
-            notes = (f"{found} was not made from this {design.name}; run `poro simulate` again",)
-        source = Source(found, name, notes)
-        pressure, length = pressure[rows], length[rows]
-    else:
+    if not found:
         if field == "thresholded":
             raise Fault(
                 ExitCode.USAGE,
                 f"--field thresholded: there is no {simulations[0]}; make it with `poro simulate {job.argument}`.",
             )
-        elongation = float(contents.summary(design, "optimize")["spring_elongation"])
-        notes = (
+        note = (
             f"the prediction is the single point of {design.name} and the origin, not a curve; "
-            f"`poro simulate {job.argument}` gives one",
+            f"`poro simulate {job.argument}` gives one"
         )
-        source = Source(design, "", notes)
-        pressure, length = np.array([pressure_in]), np.array([elongation])
-    scale, modulus = case.export.scale, case.rig.youngs_modulus
-    kilopascals, millimetres = scaled(pressure, length, case.optimize, scale, modulus)
-    target, _ = scaled(pressure_in, 0.0, case.optimize, scale, modulus)
-    return compare.Prediction(kilopascals, millimetres, target, bool(found)), source
+        elongation = float(contents.summary(design, "optimize")["spring_elongation"])
+        return prediction_of(case, elongation), Source(design, "", (note,))
+    curves = read_simulation(found).curves
+    name = field or "density"
+    if name not in curves:
+        known = " or ".join(curves)
+        raise Fault(ExitCode.USAGE, f"--field {name}: {found} has only {known}; simulate it, or choose another.")
+    try:
+        prediction = prediction_of(case, curves[name])
+    except ValueError as error:
+        raise Fault(ExitCode.ARTIFACT, f"{found}: {error}.") from None
+    notes: tuple[str, ...] = ()
+    if design.is_file() and artifact.read_header(found).upstream_identity != artifact.read_header(design).identity:
+        notes = (f"{found} was not made from this {design.name}; run `poro simulate` again",)
+    return prediction, Source(found, name, notes)
 
 
 def _plain(found: Any) -> dict[str, Any] | None:

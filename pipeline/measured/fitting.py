@@ -8,15 +8,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from pipeline.case.messages import number_text
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.json_output import result_json
-from pipeline.store.atomic import replacing
 from stages import fit
 
 
 @dataclass(frozen=True)
-class Report:
+class FitReport:
     """Laws fitted to a file.
 
     Attributes:
@@ -78,7 +78,7 @@ class Report:
         return result_json("fit", found, [self.plot] if self.plot else [])
 
 
-def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: bool) -> Report:
+def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: bool) -> FitReport:
     """Read a test, fit laws to it, and draw them beside it.
 
     Args:
@@ -100,13 +100,14 @@ def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: boo
         result = fit.run(test.stretch, test.stress, settings)
     except fit.NoFit as failure:
         raise Fault(ExitCode.USAGE, f"{path}: {failure}") from None
-    picture = path.with_name(f"{path.stem}.fit.png") if plot else None
-    if picture:
-        from pipeline.figures.fit import draw  # loads a drawing library
+    figure = path.with_name(f"{path.stem}.fit.png") if plot else None
+    if figure:
+        # Load a drawing library.
+        from pipeline.figures.fit import fit as fit_figure
+        from pipeline.figures.saving import save
 
-        with replacing(picture) as temporary:
-            draw(result, temporary)
-    return Report(path, test.unit, result, picture)
+        save(fit_figure(result), figure)
+    return FitReport(path, test.unit, result, figure)
 
 
 def case_section(found: fit.Fit) -> str:
@@ -121,7 +122,5 @@ def case_section(found: fit.Fit) -> str:
 
 
 def _number(value: float) -> str:
-    """Nine digits, so that an Ogden law still adds up, spelled as every YAML reader takes it."""
-    mantissa, _, exponent = f"{value:.9g}".partition("e")
-    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{mantissa}e{int(exponent):+03d}" if exponent else mantissa
+    """Nine digits, so that an Ogden law still adds up."""
+    return number_text(f"{value:.9g}")

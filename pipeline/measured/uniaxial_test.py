@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from actuator.arrays import Floats
 from pipeline.exit_codes import ExitCode, Fault, shown
+from pipeline.measured.titles import name_and_unit
 from pipeline.store.tables import Table, open_table
 
 LEAST_POINTS = 3
@@ -66,16 +66,17 @@ class _Columns:
 
     def __init__(self, table: Table, unit: str | None) -> None:
         self.table, header = table, table.header
-        named = [_name_and_unit(cell) for cell in header]
+        found = [name_and_unit(cell, STRESS_UNITS) for cell in header]
+        named = [(" ".join(name.replace("_", " ").lower().split()), unit) for name, unit in found]
         for (name, _), cell in zip(named, header, strict=True):
             if name in _TRUE:
                 remedy = "give stretch or engineering strain and engineering stress (force over initial area)"
                 raise table.fault(f"column '{shown(cell)}' cannot be used; {remedy}")
         extension = [i for i, (name, _) in enumerate(named) if name in _STRETCH | _STRAIN]
         stress = [i for i, (name, _) in enumerate(named) if name in _STRESS]
-        for found, wanted in ((extension, "'stretch' or 'strain'"), (stress, "'stress'")):
-            if len(found) != 1:
-                have = "no column" if not found else "more than one column"
+        for places, wanted in ((extension, "'stretch' or 'strain'"), (stress, "'stress'")):
+            if len(places) != 1:
+                have = "no column" if not places else "more than one column"
                 raise table.fault(f"{have} of {wanted}; write a header such as 'stretch,stress [MPa]'")
         self.extension, self.stress = extension[0], stress[0]
         self.is_strain = named[self.extension][0] in _STRAIN
@@ -98,14 +99,3 @@ class _Columns:
         if not stretch > 0.0:
             raise self.table.fault(f"the stretch is {stretch:g}; it is length over initial length, above zero")
         return stretch, self.stress_scale * stress
-
-
-def _name_and_unit(cell: str) -> tuple[str, str]:
-    """Name in lower case, and unit, of a header such as 'Stress [kPa]', 'stress (kPa)' or 'stress_kPa'."""
-    bracket = re.fullmatch(r"(.*?)\s*[\[(](.*)[\])]", cell)
-    name, unit = (bracket[1], bracket[2].strip()) if bracket else (cell, "")
-    name = " ".join(name.replace("_", " ").split())
-    first, _, last = name.rpartition(" ")
-    if not unit and first and last.lower() in STRESS_UNITS:
-        name, unit = first, last
-    return name.lower(), unit

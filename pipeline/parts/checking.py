@@ -17,7 +17,7 @@ from stages import check
 
 
 @dataclass(frozen=True)
-class Report:
+class CheckReport:
     """What was found in a file.
 
     Attributes:
@@ -76,7 +76,7 @@ class Report:
             raise Fault(ExitCode.BAD_SOLID, f"{self.part} fails: {', '.join(self.result.failed)}.")
 
 
-def examine(part: Path, options: dict[str, Any]) -> Report:
+def examine(part: Path, options: dict[str, Any]) -> CheckReport:
     """Read a file and make all checks.
 
     Args:
@@ -93,7 +93,7 @@ def examine(part: Path, options: dict[str, Any]) -> Report:
         result = check.run(solid.vertices, solid.triangles, settings)
     except Failure as failure:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
-    return Report(part, solid.sha256, settings, result)
+    return CheckReport(part, solid.sha256, settings, result)
 
 
 def _settings(given: dict[str, Any]) -> check.Settings:

@@ -15,7 +15,7 @@ from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.parts.solid_file import read_solid
 from pipeline.results.json_output import result_json
-from pipeline.store.atomic import replacing, write_bytes
+from pipeline.store.atomic import write_bytes
 from stages import slices
 from stages.events import Message
 
@@ -43,15 +43,16 @@ class Sliced:
         Raises:
             OSError: if the folder or the disk does not take a file.
         """
-        from pipeline.figures.layers import plot_areas  # loads drawing libraries
+        # Load a drawing library.
+        from pipeline.figures.layers import layers
+        from pipeline.figures.saving import save
 
         result = self.result
         table, plot = (self.part.with_name(f"{self.part.stem}.areas.{ending}") for ending in ("csv", format))
         columns = zip(result.heights.tolist(), result.areas.tolist(), result.outlines.tolist(), strict=True)
         rows = [f"{row},{height:.6g},{area:.9g},{count}" for row, (height, area, count) in enumerate(columns, 1)]
         write_bytes(table, "\n".join(["layer,height_mm,area_mm2,outlines", *rows, ""]).encode())
-        with replacing(plot) as temporary:
-            plot_areas(result, temporary, format)
+        save(layers(result), plot)
         largest = int(result.areas.argmax())
         return {
             "part": str(self.part),
@@ -90,14 +91,11 @@ class Sliced:
         shape = _shape(part.high - part.low, pixel) if format == "png" else (0, 0)
         found = []
         for name, height in wanted:
-            section = part.cut(height)
+            cut = part.cut(height)
             path = self.part.with_name(f"{self.part.stem}.{name}.{format}")
-            if format == "png":
-                data = mask_png(section, part, shape, pixel)
-            else:
-                data = outlines_svg(section, part, self.part.stem)
+            data = mask_png(cut, part, shape, pixel) if format == "png" else outlines_svg(cut, part, self.part.stem)
             write_bytes(path, data)
-            figures = {"height_mm": height, "area_mm2": section.area, "outlines": len(section.outlines)}
+            figures = {"height_mm": height, "area_mm2": cut.area, "outlines": len(cut.outlines)}
             found.append({"name": name} | figures | {"file": str(path)})
         return found
 

@@ -18,14 +18,17 @@ from markupsafe import Markup
 
 from actuator.failure import Failure
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.figures.plots import Drawing, NoPicture, draw
+from pipeline.figures import designs
+from pipeline.figures.designs import DesignFigure
+from pipeline.figures.offscreen import CannotDraw
 from pipeline.parts.checking import examine
 from pipeline.report import response as report_response
 from pipeline.report import rows as report_rows
-from pipeline.report.view3d import Model, model_of
+from pipeline.report.view3d import DisplayedPart, displayed
 from pipeline.results import paper
-from pipeline.results.design import Design, read_design
+from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.simulation import Simulation, read_simulation
+from pipeline.results.wording import duration
 from pipeline.runs.job import Job
 from pipeline.runs.plan import status
 from pipeline.store import artifact, contents
@@ -38,57 +41,11 @@ MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A figure of the report: its name in :mod:`pipeline.figures.plots`, its format, and what it shows."""
+class DrawnFigure:
+    """A figure as the address that holds it, or the reason why there is none."""
 
     name: str
-    format: str
-    title: str
-    caption: str
-
-
-KINDS = (
-    Kind(
-        "initial",
-        "svg",
-        "Initial design",
-        "The design that the optimisation starts from (Appendix C of the paper): the solid in the half cylinder, and "
-        "its density in two sections with the outline ρ = 0.5 and the region of the pressure source.",
-    ),
-    Kind(
-        "views",
-        "png",
-        "Views",
-        "The optimised design from the side, from the front and from above, and deformed, coloured by p / p_in.",
-    ),
-    Kind(
-        "arm",
-        "svg",
-        "Support, arm and spring",
-        "Side view under full pressure: the actuator between the support it is clamped to and the rigid arm, whose end "
-        "the spring holds. Dashed: without pressure.",
-    ),
-    Kind(
-        "section",
-        "png",
-        "Section",
-        "The symmetry plane X2 = 0, undeformed and deformed, with the mesh, coloured by p / p_in.",
-    ),
-    Kind(
-        "history",
-        "svg",
-        "Convergence",
-        "Total objective C and main objective C0, and the terms that penalise the constraints, against the number of "
-        "the design update.",
-    ),
-)
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure, or the reason why there is none."""
-
-    kind: Kind
+    figure: DesignFigure
     address: str = ""
     problem: str = ""
 
@@ -135,7 +92,7 @@ class Findings:
 class Gathered:
     """All the files of a case beside its optimised design, as far as they are there."""
 
-    design: Design
+    design: OptimisedDesign
     header: Header
     stages: list[StageRow]
     part: Path | None = None
@@ -143,7 +100,7 @@ class Gathered:
     simulation: Simulation | None = None
     measured: list[report_rows.Entry] = field(default_factory=list)
     comparison: list[report_rows.Entry] = field(default_factory=list)
-    comparison_picture: str = ""
+    comparison_figure: str = ""
     missing: list[Missing] = field(default_factory=list)
 
     @property
@@ -172,16 +129,16 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
         OSError: if the folder or the disk does not take the report.
     """
     found = _gather(job, check)
-    model: Model | None = None
+    model: DisplayedPart | None = None
     problems = []
     try:
-        model = model_of(found.design)
+        model = displayed(found.design)
     except Failure as failure:
         problems.append(f"3D view: {failure}")
-    pictures = list(_pictures(found.design, job.simulation))
-    problems += [f"{picture.kind.title}: {picture.problem}" for picture in pictures if picture.problem]
+    figures = list(_figures(found.design))
+    problems += [f"{drawn.figure.title}: {drawn.problem}" for drawn in figures if drawn.problem]
     path = folder / f"{found.design.name}.report.html"
-    write_bytes(path, _page(found, pictures, model, problems).encode())
+    write_bytes(path, _page(found, figures, model, problems).encode())
     return path, problems
 
 
@@ -192,8 +149,8 @@ def _gather(job: Job, check: bool) -> Gathered:
     path = job.artifact("optimize")
     found = Gathered(read_design(path), artifact.read_header(path), list(_stages(job)))
     _find_part(job, found, check)
-    if job.simulation:
-        found.simulation = read_simulation(job.simulation)
+    if found.design.simulation:
+        found.simulation = read_simulation(found.design.simulation)
     else:
         found.missing.append(Missing("pressure–displacement curve", _command("simulate", path)))
     _find_comparison(path, found)
@@ -270,9 +227,9 @@ def _find_comparison(optimised: Path, found: Gathered) -> None:
     else:
         found.missing.append(Missing("comparison with a measurement", _command("compare", optimised, "MEASURED.csv")))
     for format in ("svg", "png"):
-        picture = stored.with_suffix(f".{format}")
-        if picture.is_file():
-            found.comparison_picture = _address(format, picture.read_bytes())
+        figure = stored.with_suffix(f".{format}")
+        if figure.is_file():
+            found.comparison_figure = _address(format, figure.read_bytes())
             break
 
 
@@ -293,14 +250,12 @@ def _read_json(path: Path) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ the page
 
 
-def _pictures(design: Design, simulation: Path | None) -> Iterator[Picture]:
-    path = Kind("pressure", "svg", "Pressure and displacement", "Simulated displacements against the pressure.")
-    for kind in (*KINDS, *([path] if simulation else [])):
+def _figures(design: OptimisedDesign) -> Iterator[DrawnFigure]:
+    for name, figure in designs.figures_of(design).items():
         try:
-            drawn: Drawing = draw(design, kind.name, kind.format, simulation)
-            yield Picture(kind, _address(drawn.format, drawn.data))
-        except (Failure, NoPicture) as failure:
-            yield Picture(kind, problem=str(failure))
+            yield DrawnFigure(name, figure, _address(*designs.drawn(design, name, figure.report_format)))
+        except (Failure, CannotDraw) as failure:
+            yield DrawnFigure(name, figure, problem=str(failure))
 
 
 def _address(format: str, data: bytes) -> str:
@@ -308,7 +263,7 @@ def _address(format: str, data: bytes) -> str:
     return f"data:{MEDIA[format]};base64,{base64.b64encode(data).decode()}"
 
 
-def _page(found: Gathered, pictures: list[Picture], model: Model | None, problems: list[str]) -> str:
+def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | None, problems: list[str]) -> str:
     design = found.design
     reference = paper.reference_of(design.case)
     scripts = ["three.js", "report.js"] if model else []
@@ -322,7 +277,7 @@ def _page(found: Gathered, pictures: list[Picture], model: Model | None, problem
         case=design.case,
         header=found.header,
         opening=report_rows.opening(design, reference),
-        comparisons=report_rows.comparisons(design, reference),
+        performance=report_rows.performance(design, reference),
         reference=reference,
         same_mesh=paper.on_the_papers_mesh(design.case.domain),
         citation=paper.CITATION,
@@ -334,8 +289,8 @@ def _page(found: Gathered, pictures: list[Picture], model: Model | None, problem
         settings=list(report_rows.settings(design.case)),
         simulated=report_response.simulated(found.simulation.summary) if found.simulation else [],
         simulation_values=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
-        duration=report_rows.duration,
-        pictures=pictures,
+        duration=duration,
+        figures=figures,
         problems=problems,
         model=model,
         still=_address("png", model.still()) if model else "",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.report.rows import Entry
+from pipeline.report.rows import Entry, count
 from stages.curves import sentences
 
 Summary = dict[str, Any]
@@ -28,19 +28,23 @@ def simulated(summary: Summary) -> list[Entry]:
 
 
 def measured(comparison: Summary) -> list[Entry]:
-    """The figures of a comparison with a recorded test that matter first."""
-    target, line = comparison["target"], comparison["linearity"]["measured"]
-    rows = [Entry("recorded test", f"{comparison['measured']}, {comparison['cycles']} cycles")]
-    rows += [Entry("remark in the file", remark) for remark in comparison["comments"]]
-    if target:
-        pressure = f"{target['pressure_kPa']:.4g} kPa"
-        rows += [
-            Entry(f"measured at {pressure}", f"{target['measured_mm']:.3f} ± {target['spread_mm']:.3f} mm"),
-            Entry(f"predicted at {pressure}", f"{target['predicted_mm']:.3f} mm"),
-            Entry("deviation", f"{target['deviation_mm']:+.3f} mm, {target['deviation_percent']:+.1f} %"),
-        ]
-    rows += [
-        Entry("hysteresis", f"{comparison['hysteresis']['area']:.2f} % of the area under loading"),
+    """The numbers of a comparison with a recorded test that matter first; what is not known is said to be so."""
+    target, line, loop = comparison["target"], comparison["linearity"]["measured"], comparison["hysteresis"]
+    pressure, spread = f"{target['pressure_kPa']:.4g} kPa", _number(target["spread_mm"], " ± {:.3f}", "")
+    percent = _number(target["deviation_percent"], ", {:+.1f} %", "")
+    return [
+        Entry("recorded test", f"{comparison['measured']}, {count(comparison['cycles'], 'cycle')}"),
+        *(Entry("remark in the file", remark) for remark in comparison["comments"]),
+        Entry(f"measured at {pressure}", f"{target['measured_mm']:.3f}{spread} mm"),
+        Entry(f"predicted at {pressure}", _number(target["predicted_mm"], "{:.3f} mm", "the prediction does not say")),
+        Entry("deviation", _number(target["deviation_mm"], f"{{:+.3f}} mm{percent}", "not known")),
+        Entry(
+            "hysteresis",
+            f"{loop['area']:.2f} % of the area under loading" if loop else "not known without a whole unloading",
+        ),
         Entry("linearity of loading", f"R² {line['r_squared']:.5f}, {line['largest']:.2f} % off the line at most"),
     ]
-    return rows
+
+
+def _number(value: float | None, pattern: str, unknown: str) -> str:
+    return unknown if value is None else pattern.format(value)

@@ -10,8 +10,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.case.model import Case
-from pipeline.results.design import Design
+from pipeline.results.design import OptimisedDesign
 from pipeline.results.paper import Reference, on_the_papers_mesh
+from pipeline.results.wording import duration, formatted
 
 Summary = Mapping[str, Any]
 
@@ -25,7 +26,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Performance:
     """One quantity of the initial design, of the final one, and of the paper's.
 
     Attributes:
@@ -61,7 +62,7 @@ class Entry:
     value: str
 
 
-def comparisons(design: Design, reference: Reference | None) -> list[Comparison]:
+def performance(design: OptimisedDesign, reference: Reference | None) -> list[Performance]:
     """The design's performance beside the paper's."""
     summary, history = design.summary, design.history
     _, load, _ = design.case.optimize.parameters()
@@ -91,7 +92,7 @@ def comparisons(design: Design, reference: Reference | None) -> list[Comparison]
     for name, key, digits, factor in rows:
         printed = getattr(reference, key, None)
         found.append(
-            Comparison(
+            Performance(
                 name,
                 number(start[key], digits, factor),
                 number(end[key], digits, factor),
@@ -126,7 +127,7 @@ def constraints(summary: Summary) -> list[Constraint]:
     return found
 
 
-def opening(design: Design, reference: Reference | None) -> str:
+def opening(design: OptimisedDesign, reference: Reference | None) -> str:
     """What the report is of, in a paragraph."""
     summary, case = design.summary, design.case
     _, load, limits = case.optimize.parameters()
@@ -141,7 +142,7 @@ def opening(design: Design, reference: Reference | None) -> str:
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
         f"Under {1e3 * load.pressure:.3g} kPa it turns the arm by {turned:.2f}° and moves the spring's end by "
         f"{moved:.2f} mm{beside}.",
-        f"{_count(summary['updates'], 'design update')} and {_count(summary['evaluations'], 'evaluation')} were made. "
+        f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",
     ]
     if not summary.get("converged", True):
@@ -201,7 +202,7 @@ def settings(case: Case) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
             yield (
                 section,
                 [
-                    (key, shown(getattr(values, key)), field.description or "")
+                    (key, formatted(getattr(values, key)), field.description or "")
                     for key, field in type(values).model_fields.items()
                 ],
             )
@@ -215,28 +216,11 @@ def leaves(found: Any, name: str = "") -> Iterator[Entry]:
     elif isinstance(found, list | tuple) and (len(found) > 6 or any(isinstance(each, Mapping) for each in found)):
         yield Entry(name, f"{len(found)} entries")
     elif isinstance(found, list | tuple):
-        yield Entry(name, ", ".join(shown(each) for each in found))
+        yield Entry(name, ", ".join(formatted(each) for each in found))
     else:
-        yield Entry(name, shown(found))
+        yield Entry(name, formatted(found))
 
 
-def shown(value: Any) -> str:
-    """A value of a summary or a setting for a table."""
-    if value is None:
-        return "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def duration(seconds: float) -> str:
-    """Seconds, with minutes or hours where these are easier to grasp."""
-    if seconds < 120.0:
-        return f"{seconds:.1f} s"
-    if seconds < 7200.0:
-        return f"{seconds:.0f} s ({seconds / 60.0:.0f} min)"
-    return f"{seconds:.0f} s ({seconds / 3600.0:.1f} h)"
-
-
-def _count(number: int, what: str) -> str:
+def count(number: int, what: str) -> str:
+    """A number of things, in the singular or the plural."""
     return f"{number} {what}{'' if number == 1 else 's'}"

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import base64
-import io
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from actuator.arrays import Floats
-from actuator.geometry.creases import parted_at_creases
 from actuator.geometry.decimation import decimated
 from actuator.geometry.islands import without_islands
 from actuator.geometry.solid import prove_solid
 from actuator.geometry.splitting import split_where_curved
 from actuator.geometry.zero_set import Surface
 from pipeline.figures.colouring import COLOURS
-from pipeline.figures.offscreen import ABOVE, BODY, with_fewer_colours
-from pipeline.figures.painting import paint
-from pipeline.results.design import Design
-from pipeline.results.shape import fields_at
+from pipeline.figures.offscreen import ABOVE, BODY
+from pipeline.figures.saving import encoded
+from pipeline.figures.shading import draw_solid, split_at_sharp_edges
+from pipeline.results.design import OptimisedDesign
 
 #: How far the displayed surface may lie off, over R, and the most triangles before it may lie off twice as far.
 TOLERANCE, MOST = 1.0 / 300.0, 60_000
@@ -35,7 +32,7 @@ STEPS = 64
 
 
 @dataclass(frozen=True)
-class Model:
+class DisplayedPart:
     """What the page draws.
 
     Attributes:
@@ -56,7 +53,7 @@ class Model:
 
     def as_json(self) -> dict[str, Any]:
         """Numbers for the page: places as 16 bit along the sides of a box around both states, pressure as 8 bit."""
-        origin, triangles = parted_at_creases(self.surface)
+        origin, triangles = split_at_sharp_edges(self.surface)
         places = self.surface.vertices[origin], self.moved[origin]
         low, high = (f([f(place, axis=0) for place in places], axis=0) for f in (np.min, np.max))
         rest, moved = (np.round((place - low) / (high - low) * 65535).astype("<u2") for place in places)
@@ -79,15 +76,13 @@ class Model:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         states = (("part", self.surface.vertices), ("under pressure", self.moved))
         for axes, (title, vertices) in zip(panels, states, strict=True):
-            paint(axes, Surface(vertices, self.surface.triangles), ABOVE, BODY)
+            draw_solid(axes, Surface(vertices, self.surface.triangles), ABOVE, BODY)
             axes.set(aspect="equal", title=title)
             axes.set_axis_off()
-        written = io.BytesIO()
-        FigureCanvasAgg(figure).print_png(written)
-        return with_fewer_colours(written.getvalue())
+        return encoded(figure, "png", "still")
 
 
-def model_of(design: Design) -> Model:
+def displayed(design: OptimisedDesign) -> DisplayedPart:
     """The part of a design, simplified.
 
     Raises:
@@ -107,13 +102,13 @@ def model_of(design: Design) -> Model:
 
     def state(points: Floats) -> Floats:
         """Pressure over p_in and displacement over R."""
-        fields, moved = fields_at(design, points)
+        fields, moved = design.fields_at(points)
         return np.column_stack([fields["pressure"], moved / design.domain.size])
 
     # A flat end needs few triangles, but the pressure falls steeply there.
     simple, values = split_where_curved(simple, state, LINEAR, TOLERANCE * design.domain.size)
     moved = simple.vertices + design.domain.size * values[:, 1:]
-    return Model(simple, moved, values[:, 0], len(whole.triangles), off, islands)
+    return DisplayedPart(simple, moved, values[:, 0], len(whole.triangles), off, islands)
 
 
 def _base64(values: NDArray[Any]) -> str:

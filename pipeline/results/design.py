@@ -1,60 +1,126 @@
-"""An optimised design as its artifact holds it, for drawing and reporting."""
+"""An optimised design with its case, as its artifact holds it, and the printed shape that belongs to it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import stages.mirror
+import stages.optimize
+import stages.refine
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
+from pipeline.exit_codes import Fault
 from pipeline.store import artifact, contents
+from pipeline.store.files import Files
+from stages.datasets import vtk_order
 
 if TYPE_CHECKING:
-    from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
 
 
 @dataclass(frozen=True)
-class Design:
-    """A design and its state.
+class OptimisedDesign(stages.optimize.Result):
+    """What the optimisation of a case found; fields, units and shapes are those of the stage's result.
 
     Attributes:
-        name: of the case.
-        domain: the mesh of the optimisation.
-        chi: χ at the vertices, (n_vertices,).
-        pressure: p over the source pressure at the vertices, (n_vertices,).
-        displacement: u at the vertices, (n_vertices, 3), mm.
-        history: columns by name, one entry per design.
-        summary: of the stage.
         case: as it was optimised.
-        arm: rigid motion of the arm's root: T1, T3 in mm and θ2 in rad, (3,).
+        source: the artifact it was read from, if any; what else was made of the design is looked for beside it.
+        identity: of that artifact.
     """
 
-    name: str
-    domain: Domain
-    chi: Floats
-    pressure: Floats
-    displacement: Floats
-    history: dict[str, Floats]
-    summary: dict[str, Any]
     case: Case
-    arm: Floats
+    source: Path | None = None
+    identity: str = ""
 
-    @cached_property
+    @property
+    def name(self) -> str:
+        """The name of the case."""
+        return self.case.name
+
+    @property
+    def relative_pressure(self) -> Floats:
+        """p over the source pressure at the vertices, (n_vertices,), as it is drawn; p itself without a source."""
+        pressure_in = self.case.optimize.parameters()[1].pressure
+        return self.pressure / pressure_in if pressure_in > 0.0 else self.pressure
+
+    @property
+    def vertex_displacement(self) -> Floats:
+        """The displacement u at the vertices, which are the first of the nodes, (n_vertices, 3), mm."""
+        return self.displacement[: len(self.chi)]
+
+    @property
+    def simulation(self) -> Path | None:
+        """The artifact of ``poro simulate`` beside the design's own, if there is one."""
+        path = self.source.with_name(f"{self.name}.simulation.h5") if self.source else None
+        return path if path and path.is_file() else None
+
+    @property
     def shape(self) -> Surface:
-        """The shape that refining and mirroring make of it, closed, in the size of the computation.
+        """The closed surface that refining and mirroring make of the design, in the size of the computation.
+
+        It is read from the artifacts beside the design's own if these were made from it, and computed otherwise.
 
         Raises:
             actuator.failure.EmptySolid: if nothing is solid.
         """
-        from pipeline.results.shape import shape_of  # the stages: only for what is drawn with the shape
+        return self._shape[0]
 
-        return shape_of(self)
+    @cached_property
+    def _shape(self) -> tuple[Surface, int]:
+        """The surface, and how many cells the mesh it was cut from has per cell of the design's."""
+        from actuator.geometry.zero_set import Surface
+
+        if stored := self._stored_shape():
+            return stored
+        fine = stages.refine.run(self.domain, self.chi, self.case.refine)
+        whole = stages.mirror.run(fine.domain, fine.chi, self.case.mirror)
+        return Surface(whole.vertices, whole.triangles), self.case.refine.factor
+
+    def _stored_shape(self) -> tuple[Surface, int] | None:
+        """The same from the artifacts of ``refine`` and ``mirror``; None unless both are of this design."""
+        from actuator.geometry.zero_set import Surface
+
+        if not self.source:
+            return None
+        files = Files(self.source.parent, self.name, "")
+        refined, mirrored = files.artifact("refine"), files.artifact("mirror")
+        try:
+            fine, whole = artifact.read_header(refined), artifact.read_header(mirrored)
+            versions = (fine.stage_version, whole.stage_version) == (stages.refine.VERSION, stages.mirror.VERSION)
+            descent = (fine.upstream_identity, whole.upstream_identity) == (self.identity, fine.identity)
+            if not (versions and descent):
+                return None
+            return Surface(*contents.surface(mirrored)), stored_case(fine.case_resolved, refined).refine.factor
+        except Fault:  # missing or damaged: what is wrong with them is for the stages to say
+            return None
+
+    def fields_at(self, points: Floats) -> tuple[dict[str, Floats], Floats]:
+        """The state of the design on its shape.
+
+        The fields are first carried to the refined mesh, whose wall the shape lies on: beside the chords of the coarse
+        mesh's wall there is nothing to interpolate in.
+
+        Args:
+            points: of the shape, (n, 3), mm.
+
+        Returns:
+            ``pressure`` over the source pressure and ``density``, (n,) each, and the displacement, (n, 3), mm.
+        """
+        from scipy.special import expit
+
+        from actuator.geometry.sampling import sampled
+
+        _, factor = self._shape
+        fine, carry = self.domain.refined(factor), self.domain.prolongation(factor)
+        fields = {"pressure": carry @ self.relative_pressure, "density": expit(carry @ self.chi)}
+        corners, moved = fine.cells[:, vtk_order()[:8]], carry @ self.vertex_displacement
+        return sampled(fine.points, corners, points, fields, moved, mirrored=fine.mirrored)
 
 
-def read_design(path: Path) -> Design:
+def read_design(path: Path) -> OptimisedDesign:
     """Read the artifact of ``optimize``.
 
     Raises:
@@ -64,16 +130,19 @@ def read_design(path: Path) -> Design:
     pressure, displacement, arm = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement", "arm")
     contents.refuse_not_finite(path, "vertices/pressure", pressure)
     contents.refuse_not_finite(path, "nodes/displacement", displacement)
-    case = stored_case(artifact.read_header(path).case_resolved, path)
-    _, load, _ = case.optimize.parameters()
-    return Design(
-        case.name,
-        domain,
-        chi,
-        pressure / load.pressure if load.pressure > 0.0 else pressure,
-        displacement[: len(chi)],
-        artifact.read_group(path, "optimize", "history"),
-        contents.summary(path, "optimize"),
-        case,
-        arm,
+    header, summary = artifact.read_header(path), contents.summary(path, "optimize")
+    return OptimisedDesign(
+        domain=domain,
+        chi=chi,
+        displacement=displacement,
+        pressure=pressure,
+        arm=arm,
+        history=artifact.read_group(path, "optimize", "history"),
+        summary=summary,
+        checkpoint=artifact.read_group(path, "optimize", "checkpoint"),
+        converged=summary["converged"],
+        reason=summary["reason"],
+        case=stored_case(header.case_resolved, path),
+        source=path,
+        identity=header.identity,
     )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
@@ -16,19 +17,29 @@ from stages.rig import scaled
 from stages.settings import ProblemSettings
 
 
+class Curves(Protocol):
+    """What a simulation is drawn and compared from: as it was computed, or read from its artifact."""
+
+    @property
+    def curves(self) -> Mapping[str, Mapping[str, Floats]]:
+        """Field -> column -> values along the path."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """Of the stage."""
+
+
 @dataclass(frozen=True)
 class Simulation:
     """A simulation.
 
     Attributes:
         name: of the case.
-        pressure_in: p_in, N/mm².
         curves: field -> column -> values along the path, (n_points,); see :data:`stages.response.COLUMNS`.
         summary: of the stage.
     """
 
     name: str
-    pressure_in: float
     curves: dict[str, dict[str, Floats]]
     summary: dict[str, Any]
 
@@ -67,7 +78,7 @@ def read_simulation(path: Path) -> Simulation:
     case = stored_case(artifact.read_header(path).case_resolved, path)
     summary = contents.summary(path, "simulate")
     curves = {name: artifact.read_group(path, "simulate", f"curves/{name}") for name in summary["fields"]}
-    return Simulation(case.name, summary["pressure_in"], curves, summary)
+    return Simulation(case.name, curves, summary)
 
 
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:

@@ -29,12 +29,12 @@ class Writer:
         write: given the job, the step and the path; returns what is said of it at the end, or None if the file is not
             wanted.
         lines: of that, what a user reads: names and values.
-        drawing: what is drawn, if it is a drawing: one that fails is no reason to fail.
+        figure: what is drawn, if it is a figure: one that fails is no reason to fail.
     """
 
     write: Callable[[Job, Step, Path], Said | None]
     lines: Callable[[Said], list[tuple[str, str]]] = field(default=lambda said: [])
-    drawing: str = ""
+    figure: str = ""
 
 
 def write_all(job: Job, steps: list[Step], reporter: Reporter) -> tuple[list[Path], dict[str, Said]]:
@@ -55,9 +55,9 @@ def write_all(job: Job, steps: list[Step], reporter: Reporter) -> tuple[list[Pat
         try:
             found = writer.write(job, step, path)
         except Exception as error:
-            if not writer.drawing:
+            if not writer.figure:
                 raise
-            reporter.say(f"no {writer.drawing}: {error}")
+            reporter.say(f"no {writer.figure}: {error}")
             reporter.log.warning("drawing failed", exc_info=True)
             continue
         if found is not None:
@@ -72,7 +72,7 @@ def lines(said: Mapping[str, Said]) -> list[tuple[str, str]]:
     return [line for name, found in said.items() for line in WRITERS[name].lines(found)]
 
 
-def _picture(job: Job, step: Step, path: Path) -> Said:
+def _part_figure(job: Job, step: Step, path: Path) -> Said:
     if step.runs or not path.exists():
         from pipeline.figures import part as figures  # loads drawing libraries; if they fail, the part is still there
 
@@ -93,15 +93,16 @@ def _curves(job: Job, step: Step, path: Path) -> Said:
 
 def _curves_figure(job: Job, step: Step, path: Path) -> Said:
     # Loads a drawing library; if it fails, the curves are still there.
-    from pipeline.figures.response import pressure_displacement, write
+    from pipeline.figures.response import response
+    from pipeline.figures.saving import save
     from pipeline.results.simulation import read_simulation, rig_units
 
-    write(pressure_displacement(read_simulation(step.path), rig_units(job.case)), path)
+    save(response(read_simulation(step.path), rig_units(job.case)), path)
     return {}
 
 
 WRITERS: Registry[Writer] = Registry("writer of a file beside an artifact")
-WRITERS.register("picture", Writer(_picture, drawing="picture of the part"))
+WRITERS.register("part-figure", Writer(_part_figure, figure="figure of the part"))
 WRITERS.register("rig", Writer(_rig, rig_sheet.lines))
 WRITERS.register("curves", Writer(_curves))
-WRITERS.register("curves-figure", Writer(_curves_figure, drawing="figure of the curves"))
+WRITERS.register("curves-figure", Writer(_curves_figure, figure="figure of the curves"))

@@ -117,7 +117,7 @@ class Execution:
             raise Fault(ExitCode.BAD_SOLID, f"{part}: not written, as {product.flaw}.")
         atomic.write_bytes(part, product.data)
         for beside in STAGES[stage].beside:
-            if beside.of_result:  # whoever is killed from here on leaves no picture of an older part beside a new one
+            if beside.of_result:  # whoever is killed from here on leaves no figure of an older part beside a new one
                 self.job.files.beside(stage, beside).unlink(missing_ok=True)
         found, flaw = product.inspected(part.read_bytes())
         if flaw:

@@ -43,12 +43,6 @@ class Job:
         """The artifact of a stage."""
         return self.argument if self.given and self.given.stage == stage else self.files.artifact(stage)
 
-    @property
-    def simulation(self) -> Path | None:
-        """The artifact of ``poro simulate``, if it lies beside the optimisation's."""
-        path = self.artifact("optimize").with_name(self.files.artifact("simulate").name)
-        return path if path.is_file() else None
-
     def recorded(self, stage: str) -> Case:
         """The case as a stage's artifact records it.
 

@@ -63,19 +63,20 @@ def refuse_incomplete(steps: list[Step]) -> None:
         raise Fault(ExitCode.NOT_CONVERGED if found.get("finished", True) else ExitCode.INTERRUPTED, shortfall)
 
 
-def plot(job: Job, format: str, *, as_json: bool) -> str:
+def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     """Draw the optimised design of a job as it is; returns the names of the files, as text or as JSON.
 
     Raises:
-        Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), or the folder cannot be made (USAGE).
+        Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), the folder cannot be made or a figure that
+            was asked for is unknown (USAGE).
         OSError: if the disk does not take a figure.
     """
-    from pipeline.figures.plots import plot_design
-    from pipeline.results.design import read_design  # loads drawing libraries
+    from pipeline.figures.designs import plot_design  # loads drawing libraries
+    from pipeline.results.design import read_design
 
     design = read_design(job.artifact("optimize"))
     make_folder(job.files.folder)
-    files, problems = plot_design(design, job.files.folder, format, job.simulation)
+    files, problems = plot_design(design, job.files.folder, format, only)
     if as_json:
         return result_json("plot", {"name": job.case.name, "problems": problems}, files)
     return "\n".join([*map(str, files), *problems])

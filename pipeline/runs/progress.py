@@ -13,6 +13,7 @@ from typing import Protocol
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
+from pipeline.results.wording import duration
 from stages.events import DesignUpdate, Event, LoadStep, Message
 
 COLUMNS = ("update", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi", "dt", "seconds")
@@ -23,12 +24,6 @@ def row(record: Mapping[str, float]) -> str:
     """A design update as one line of a table."""
     update, c, c0, *terms, seconds = (record.get(name, float("nan")) for name in COLUMNS)
     return f"{update:6.0f}{c:12.6f}{c0:12.6f}" + "".join(f"{term:10.2e}" for term in terms) + f"{seconds:10.1f}"
-
-
-def duration(seconds: float) -> str:
-    """A duration as ``h:mm:ss``."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
 
 
 LOAD_HEADING = f"{'load':>8}{'T3/mm':>11}{'theta2':>9}{'spring':>9}{'energy':>9}{'leak':>10}{'Newton':>7}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from actuator.arrays import Floats, Ints
+from actuator.failure import InvalidField
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import artifact
 from stages import datasets
@@ -48,10 +49,6 @@ class Stored:
         self._refuse_not_finite({f"{group}/{name}": values for name, values in found.items()})
         return found
 
-    def fault(self, sentence: str) -> Fault:
-        """What is wrong with the artifact, and the remedy; without its name and full stop."""
-        return Fault(ExitCode.ARTIFACT, f"{self.path}: {sentence}.")
-
     def _refuse_not_finite(self, found: Mapping[str, Any]) -> None:
         for name, values in found.items():
             if isinstance(values, np.ndarray) and values.dtype.kind == "f":
@@ -64,7 +61,10 @@ def design(path: Path, stage: str) -> tuple[Domain, Floats]:
     Raises:
         Fault: if the artifact is missing, unreadable, of another stage, or not finite (ARTIFACT).
     """
-    return datasets.design(Stored(path, stage))
+    try:
+        return datasets.design(Stored(path, stage))
+    except InvalidField as failure:
+        raise Fault(ExitCode.ARTIFACT, f"{path}: {failure}") from None
 
 
 def surface(path: Path) -> tuple[Floats, Ints]:

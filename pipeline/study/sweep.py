@@ -18,9 +18,10 @@ from typing import IO, Any
 
 from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.results.wording import duration
 from pipeline.runs.job import make_job
 from pipeline.runs.plan import Step, plan
-from pipeline.runs.progress import Reporter, duration
+from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
 from pipeline.study.study import Study, Variant
 
@@ -38,7 +39,7 @@ THREAD_LIMITS = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """How a case ended.
 
     Attributes:
@@ -132,23 +133,23 @@ class Sweep:
         except Fault:  # the case's own process will say so
             return False
 
-    def outcome(self, variant: Variant) -> Outcome | None:
+    def outcome(self, variant: Variant) -> CaseOutcome | None:
         """How a variant ended last; None if it has not been run to an end as it is now."""
         if self.complete(variant):
             return self.ended(variant, int(ExitCode.OK), "")
         try:
-            found = Outcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
+            found = CaseOutcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
             return None
         same = found.case == self.ended(variant, 0, "").case
         return found if same and found.exit_code != ExitCode.OK else None
 
-    def ended(self, variant: Variant, exit_code: int, sentence: str) -> Outcome:
+    def ended(self, variant: Variant, exit_code: int, sentence: str) -> CaseOutcome:
         """The outcome of a variant as its case file is now."""
         digest = hashlib.sha256(self.case_file(variant).read_bytes()).hexdigest()
-        return Outcome(exit_code, sentence, digest)
+        return CaseOutcome(exit_code, sentence, digest)
 
-    def keep(self, variant: Variant, outcome: Outcome) -> None:
+    def keep(self, variant: Variant, outcome: CaseOutcome) -> None:
         """Store how a variant ended, unless that is stored already.
 
         Raises:
@@ -235,7 +236,7 @@ class _Running:
         options = ["--until", sweep.study.until, "--output", str(case.parent), "--threads", str(sweep.threads)]
         self.process = subprocess.Popen(
             # -P: a folder 'pipeline' in the working folder is not this program.
-            [sys.executable, "-P", "-m", "pipeline.cli", "run", str(case), *options],
+            [sys.executable, "-P", "-m", "poro", "run", str(case), *options],
             env=os.environ | dict.fromkeys(THREAD_LIMITS, str(sweep.threads)),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from pipeline.results.wording import formatted
 from pipeline.store import atomic
 from pipeline.store import tables as table_file
 from pipeline.study.sweep import Sweep
@@ -54,14 +55,17 @@ def write(sweep: Sweep, table: list[Row]) -> list[Path]:
     Raises:
         OSError: if the folder or the disk does not take a file.
     """
-    from pipeline.figures.sweep import draw  # loads a drawing library
+    # Load a drawing library.
+    from pipeline.figures.saving import save
+    from pipeline.figures.sweep import sweep as sweep_figure
 
     files = [sweep.result("csv"), sweep.result("md")]
     for path, text in zip(files, (as_csv(table), as_markdown(sweep, table)), strict=True):
         atomic.write_bytes(path, text.encode())
     if any(row["C0"] is not None for row in table):
         files.append(sweep.result("png"))
-        draw(sweep.study, table, files[-1])
+        study = sweep.study
+        save(sweep_figure(table, study.keys, grid=study.grid, logarithmic=study.logarithmic), files[-1])
     return files
 
 
@@ -82,7 +86,7 @@ def as_markdown(sweep: Sweep, table: list[Row]) -> str:
         "",
         "| " + " | ".join(f"{name}{units.get(name, '')}" for name in names) + " |",
         "|" + "---|" * len(names),
-        *("| " + " | ".join(_shown(row[name]) for name in names) + " |" for row in table),
+        *("| " + " | ".join(formatted(row[name], 4, none="") for name in names) + " |" for row in table),
     ]
     failed = [row for row in table if row["sentence"]]
     if failed:
@@ -95,11 +99,3 @@ def _at(summaries: dict[str, Any], place: tuple[str, ...]) -> Any:
     for name in place:
         found = found.get(name) if isinstance(found, dict) else None
     return found
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

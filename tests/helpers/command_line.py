@@ -42,7 +42,7 @@ Poro = Callable[..., Ended]
 POSIX_SIGNALS = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 #: Starts the program in a process of its own.
-PROGRAM = [sys.executable, "-m", "pipeline.cli"]
+PROGRAM = [sys.executable, "-m", "poro"]
 
 
 def environment() -> dict[str, str]:

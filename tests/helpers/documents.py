@@ -60,7 +60,7 @@ def follow(page: Path, poro: Poro, folder: Path) -> int:
         # Redirections are the shell's.
         words = shlex.split(line, comments=True)
         if words[0] != "poro" or ">" in words:
-            shown = re.sub(r"^poro\b", f"{shlex.quote(sys.executable)} -m pipeline.cli", line)
+            shown = re.sub(r"^poro\b", f"{shlex.quote(sys.executable)} -m poro", line)
             ended = subprocess.run(shown, shell=True, cwd=folder, capture_output=True, text=True, check=False)
             assert ended.returncode == 0, f"{page.name}: {line}\n{ended.stderr}"
             continue

@@ -20,7 +20,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 import stages.simulate
 from actuator.failure import InvalidSettings
 from pipeline.exit_codes import ExitCode
-from pipeline.figures.response import pressure_displacement
+from pipeline.figures.response import response
 from pipeline.results.simulation import RigUnits, as_csv, read_simulation
 from pipeline.runs import progress
 from pipeline.store import artifact, vtkhdf
@@ -75,14 +75,14 @@ def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
     found = read_simulation(path)
     case = json.loads(artifact.read(path, "simulate", "case_resolved")[0])
     assert found.name == "tiny"
-    assert found.pressure_in == pytest.approx(2e-2 * case["material"]["youngs_modulus"])
+    assert found.summary["pressure_in"] == pytest.approx(2e-2 * case["material"]["youngs_modulus"])
     assert list(found.curves) == ["density", "thresholded"]
     with h5py.File(path) as file:
         for field, curve in found.curves.items():
             assert {name: file[f"curves/{field}/{name}"].attrs["units"] for name in curve} == CONTRACT
     for curve in found.curves.values():
         assert len({len(column) for column in curve.values()}) == 1
-        np.testing.assert_allclose(curve["pressure"], found.pressure_in * curve["load_factor"], rtol=1e-12)
+        np.testing.assert_allclose(curve["pressure"], found.summary["pressure_in"] * curve["load_factor"], rtol=1e-12)
         up = curve["loading"] == 1.0
         assert (curve["load_factor"][0], curve["load_factor"][up][-1], curve["load_factor"][-1]) == (0.0, 1.2, 0.0)
         assert (np.diff(curve["load_factor"][up]) > 0.0).all()
@@ -162,19 +162,19 @@ def test_rig_units_in_table_and_figure(simulated: Path, poro: Poro) -> None:
     assert float(row["rig_T3 [mm]"]) == pytest.approx(1.5 * float(row["T3 [mm]"]), rel=1e-8)
     found = read_simulation(simulated / "tiny.simulation.h5")
     rig = RigUnits(ProblemSettings(), 1.5, 1.0)
-    axes = pressure_displacement(found, rig).axes[0]
+    axes = response(found, rig).axes[0]
     pressures = np.concatenate([line.get_ydata() for line in axes.lines])
     assert pressures.max() == pytest.approx(1.2 * 20.0)
     assert "kPa" in axes.get_ylabel()
-    assert "N/mm²" in pressure_displacement(found).axes[0].get_ylabel()
+    assert "N/mm²" in response(found).axes[0].get_ylabel()
     assert as_csv(found).splitlines()[0].count("rig") == 0
 
 
 def test_limit_points_are_marked_and_said(simulated: Path) -> None:
     found = read_simulation(simulated / "tiny.simulation.h5")
-    before = len(pressure_displacement(found).axes[0].lines)
+    before = len(response(found).axes[0].lines)
     found.summary["fields"]["density"]["limit_points"] = [{"load_factor": 0.5, "loading": True}]
-    assert len(pressure_displacement(found).axes[0].lines) == before + 1
+    assert len(response(found).axes[0].lines) == before + 1
 
 
 def test_interrupted_curves_are_kept_and_computed_again(

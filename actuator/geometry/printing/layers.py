@@ -19,7 +19,7 @@ from actuator.geometry.zero_set import Surface
 
 
 @dataclass(frozen=True)
-class Section:
+class Slice:
     """A cut through a solid.
 
     Attributes:
@@ -49,10 +49,10 @@ class Standing:
     low: Floats
     high: Floats
 
-    def cut(self, height: float) -> Section:
-        """The section at a height, mm; empty from the highest point upwards."""
-        section = self.solid.slice(height)
-        return Section(height, section.area(), tuple(section.to_polygons()))
+    def cut(self, height: float) -> Slice:
+        """The slice at a height, mm; empty from the highest point upwards."""
+        outline = self.solid.slice(height)
+        return Slice(height, outline.area(), tuple(outline.to_polygons()))
 
 
 def standing(surface: Surface, direction: Direction) -> Standing:

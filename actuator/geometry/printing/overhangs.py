@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from actuator.geometry.normals import triangle_normals
 from actuator.geometry.printing.directions import Direction, unit
 from actuator.geometry.solid import component_labels
 from actuator.geometry.zero_set import Surface
@@ -42,7 +43,7 @@ def overhangs(surface: Surface, direction: Direction, angle: float) -> Overhangs
         angle: least angle from level at which a facet carries itself, degrees.
     """
     corners = surface.vertices[surface.triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = triangle_normals(corners)
     area = 0.5 * np.linalg.norm(normal, axis=1)
     upwards = unit(direction)
     height = surface.vertices @ upwards

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from actuator.arrays import Floats, Ints
+from actuator.geometry.normals import triangle_normals
 from actuator.geometry.zero_set import Surface
 
 #: Where a ray starts, as a fraction of the size of the surface, so that it does not meet the facet it leaves.
@@ -36,7 +37,7 @@ def spread(surface: Surface, count: int) -> Points:
     mesh = trimesh.Trimesh(surface.vertices, surface.triangles, process=False)
     position, facet = trimesh.sample.sample_surface(mesh, count, seed=0)
     corners = surface.vertices[surface.triangles[facet]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = triangle_normals(corners)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return Points(np.asarray(position), np.asarray(facet, dtype=np.int64), normal / length)
 

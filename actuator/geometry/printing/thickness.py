@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from actuator.arrays import Bools, Floats, Ints
+from actuator.geometry.normals import triangle_normals
 from actuator.geometry.printing.rays import Points, first_hits
 from actuator.geometry.zero_set import Surface
 
@@ -63,7 +64,7 @@ def thickness(surface: Surface, points: Points, kind: Literal["wall", "gap"], li
     ray = -points.normal if kind == "wall" else points.normal
     distance, facet = first_hits(surface, points.position, ray)
     corners = surface.vertices[surface.triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = triangle_normals(corners)
     length = np.linalg.norm(normal, axis=1)
     met = facet >= 0
     # Along the ray a wall is left through a side that faces as the ray goes, a gap through one that faces it.

@@ -24,7 +24,7 @@ def offered(shell: str, folder: Path, line: str) -> set[str]:
     path = os.pathsep.join(entry for entry in sys.path if entry)
     environment = os.environ | asked | {"_PORO_COMPLETE": f"complete_{shell}", "PYTHONPATH": path}
     ended = subprocess.run(
-        [sys.executable, "-m", "pipeline.cli"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "poro"], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     assert ended.returncode == 0, ended.stderr
     if shell == "zsh":
@@ -62,7 +62,5 @@ def test_values_shipped_cases_folders_artifacts_and_studies_are_completed(files:
 def test_script_for_the_shell_is_shown(shell: str, files: Path) -> None:
     path = os.pathsep.join(entry for entry in sys.path if entry)
     environment = os.environ | {"_PORO_COMPLETE": f"source_{shell}", "PYTHONPATH": path}
-    ended = subprocess.run(
-        [sys.executable, "-m", "pipeline.cli"], env=environment, capture_output=True, text=True, check=True
-    )
+    ended = subprocess.run([sys.executable, "-m", "poro"], env=environment, capture_output=True, text=True, check=True)
     assert f"_PORO_COMPLETE=complete_{shell}" in ended.stdout

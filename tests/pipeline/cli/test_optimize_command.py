@@ -116,7 +116,7 @@ def test_folder_that_cannot_be_made_is_refused(folder: Path, poro: Poro) -> None
 
 
 def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "pipeline.cli", "optimize", "tiny.yaml", "--threads", "1"]
+    command = [sys.executable, "-m", "poro", "optimize", "tiny.yaml", "--threads", "1"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     return subprocess.Popen(
         [*command, "--output", output, "--updates", str(updates)],

@@ -37,7 +37,7 @@ def modules_of(folder: Path, *arguments: str) -> set[str]:
     """Modules that a command line imports, in a process of its own, with ``folder`` as the working folder."""
     path = os.pathsep.join(entry for entry in sys.path if entry)
     ended = subprocess.run(
-        [sys.executable, "-X", "importtime", "-m", "pipeline.cli", *arguments],
+        [sys.executable, "-X", "importtime", "-m", "poro", *arguments],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,

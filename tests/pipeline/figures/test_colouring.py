@@ -47,7 +47,7 @@ def test_colours_are_those_of_the_field(folder: Path, poro: Poro) -> None:
     # On the symmetry plane's side and on its image alike, and where the surface meets a vertex, its value.
     design = read_design(folder / "tiny.h5")
     shared = 0
-    for p, value in zip(design.domain.points, design.pressure, strict=True):
+    for p, value in zip(design.domain.points, design.relative_pressure, strict=True):
         for x in {tuple(p), (p[0], -p[1], p[2])}:
             near = np.flatnonzero(np.linalg.norm(points - x, axis=1) < 1e-6)
             for vertex in near:

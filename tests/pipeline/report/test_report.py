@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import lxml.html
+import numpy as np
 import pytest
-from command_line import Poro, edited
+from command_line import TINY, Poro, edited
 from lxml.html import HtmlElement
-from synthetic import EXAMPLE
+from synthetic import EXAMPLE, Truth, recording
 
-from pipeline.figures import plots
+from pipeline.figures import designs, views
+from pipeline.figures.offscreen import CannotDraw
 from pipeline.report import page as report
 from pipeline.results.simulation import read_simulation
 from pipeline.store import atomic
@@ -223,6 +225,45 @@ def test_simulation_and_comparison_are_reported(
     assert page.xpath("//table[@id='missing-table']//code")[0].text_content().startswith("poro check")
 
 
+@pytest.mark.parametrize(
+    ("truth", "whole", "words"),
+    [
+        (Truth(), True, ["3 cycles", "measured at 20 kPa 22.000 ± 0.000 mm", "% of the area under loading"]),
+        (Truth(cycles=1), True, ["1 cycle ", "measured at 20 kPa 22.000 mm"]),
+        (Truth(cycles=1), False, ["1 cycle ", "hysteresis not known without a whole unloading"]),
+    ],
+    ids=["three cycles", "one cycle", "no unloading"],
+)
+def test_what_a_recorded_test_does_not_tell_is_said_to_be_unknown(
+    truth: Truth, whole: bool, words: list[str], poro: Poro, written: Callable[..., HtmlElement], folder: Path
+) -> None:
+    made = recording(truth)
+    assert made.time is not None
+    end = len(made.time) if whole else int(np.argmax(made.pressure))
+    rows = zip(made.time.tolist()[:end], made.pressure.tolist(), made.displacement.tolist(), strict=False)
+    lines = ["time [s],pressure [kPa],displacement [mm]", *(",".join(map(str, row)) for row in rows)]
+    (folder / "measured.csv").write_text("\n".join(lines))
+    ended = poro("compare", "tiny.h5", "measured.csv", "--youngs", 1.0)
+    assert ended.code == 0, ended.err
+    found = section_of(written(), "measured")
+    for word in words:
+        assert word in found
+    ended = poro("compare", "tiny.h5", "measured.csv", "--youngs", 1.0, "--target", 15.0)
+    assert "the prediction does not say" in ended.out
+    found = section_of(written(), "measured")
+    assert "predicted at 15 kPa the prediction does not say" in found
+    assert "deviation not known" in found
+
+
+def test_design_that_was_only_evaluated_is_reported(poro: Poro, tmp_path: Path, quickly: None) -> None:
+    """Numbers that such a run does not know are not there."""
+    (tmp_path / "tiny.yaml").write_text(TINY)
+    assert poro("optimize", "tiny.yaml", "--updates", 0, "--threads", 1).code == 0
+    ended = poro("report", "tiny.yaml", "--no-check")
+    assert ended.code == 0, ended.err
+    assert "0 design updates and 1 evaluation were made" in text_of(read(tmp_path / "tiny.report.html"), "opening")
+
+
 def test_comparison_of_another_version_is_refused(poro: Poro, folder: Path, quickly: None) -> None:
     (folder / "tiny.compare.json").write_text(json.dumps({"rms": 0.25}))
     ended = poro("report", folder / "tiny.h5", "--no-check")
@@ -233,18 +274,19 @@ def test_comparison_of_another_version_is_refused(poro: Poro, folder: Path, quic
 
 def test_simulation_is_drawn_in_the_report(folder: Path, simulation: Path) -> None:
     design = report.read_design(folder / "tiny.h5")
-    drawn = plots.draw(design, "pressure", "svg", simulation)
-    assert b"<path" in drawn.data
+    format, data = designs.drawn(design, "pressure", "svg")
+    assert (format, b"<path" in data) == ("svg", True)
 
 
 def test_design_without_solid_is_reported(
     poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch, quickly: None
 ) -> None:
-    from pipeline.report.view3d import model_of
+    from pipeline.report.view3d import displayed
 
     with edited(folder / "tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
-    monkeypatch.setattr(report, "model_of", model_of)
+    (folder / "tiny.solid.h5").unlink()
+    monkeypatch.setattr(report, "displayed", displayed)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "3D view: Nothing is solid" in ended.out
@@ -254,9 +296,12 @@ def test_design_without_solid_is_reported(
 
 
 def test_without_opengl_the_report_says_so(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "KINDS", [kind for kind in report.KINDS if kind.name == "views"])
-    monkeypatch.setattr(report, "model_of", lambda design: None)
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    def ended_badly(*_: object) -> None:
+        raise CannotDraw("VTK cannot draw on this machine.")
+
+    monkeypatch.setattr(designs, "figures_of", lambda design: {"views": designs.FIGURES["views"]})
+    monkeypatch.setattr(report, "displayed", lambda design: None)
+    monkeypatch.setattr(views, "drawn_apart", ended_badly)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "Views: VTK cannot draw" in ended.out

@@ -22,7 +22,8 @@ from actuator import compilation
 from actuator.material.laws.yeoh import Yeoh
 from actuator.parameters import Law
 from pipeline.exit_codes import ExitCode
-from pipeline.figures.sweep import draw
+from pipeline.figures.saving import save
+from pipeline.figures.sweep import sweep
 from pipeline.store import artifact
 from pipeline.study.study import read_study
 from pipeline.study.sweep import Sweep
@@ -117,7 +118,7 @@ def test_interrupted_sweep_ends_its_cases_and_continues(
     written(tmp_path, study, TINY.replace("max_updates: 1", "max_updates: 200"))
     path = os.pathsep.join(entry for entry in sys.path if entry)
     process = subprocess.Popen(
-        [sys.executable, "-m", "pipeline.cli", "sweep", "study.yaml", "--jobs", "1"],
+        [sys.executable, "-m", "poro", "sweep", "study.yaml", "--jobs", "1"],
         env=os.environ | {"PYTHONPATH": path},
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
@@ -158,12 +159,11 @@ def test_plots_show_curves_or_a_map(keys: tuple[int, ...], images: int, tmp_path
         dict(variant.values) | {"C0": -0.1 * i, "T3": 1.0 + i, "theta2": 2.0, "spring_elongation": None}
         for i, variant in enumerate(study.variants)
     ]
-    drawn: list[int] = []
-    figure = draw(study, table, tmp_path / "x.png")
-    drawn.append(sum(len(axes.images) for axes in figure.axes))
-    assert drawn == [images]
-    with Image.open(tmp_path / "x.png") as picture:
-        assert picture.size == (1100, 770)
+    figure = sweep(table, study.keys, grid=study.grid, logarithmic=study.logarithmic)
+    assert sum(len(axes.images) for axes in figure.axes) == images
+    save(figure, tmp_path / "x.png")
+    with Image.open(tmp_path / "x.png") as pixels:
+        assert pixels.size == (1100, 770)
     if not images:
         assert len(figure.axes[0].lines) == len(study.variants) // max(keys)
 

@@ -1,4 +1,4 @@
-"""Surfaces parted at sharp edges, and how they are painted."""
+"""Surfaces split at sharp edges, and how they are drawn."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from actuator.geometry.creases import parted_at_creases, vertex_normals
 from actuator.geometry.zero_set import Surface
-from pipeline.figures.painting import AMBIENT, LIGHT, paint, projection
+from pipeline.figures.shading import AMBIENT, LIGHT, draw_solid, projection, split_at_sharp_edges, vertex_normals
 
 
 def surface_of(mesh: trimesh.Trimesh) -> Surface:
@@ -19,7 +18,7 @@ def surface_of(mesh: trimesh.Trimesh) -> Surface:
 
 def test_box_falls_into_its_faces() -> None:
     box = surface_of(trimesh.creation.box())
-    origin, triangles = parted_at_creases(box)
+    origin, triangles = split_at_sharp_edges(box)
     assert len(origin) == 24
     assert (origin[triangles] == box.triangles).all()
     normals = vertex_normals(box.vertices[origin], triangles)
@@ -28,7 +27,7 @@ def test_box_falls_into_its_faces() -> None:
 
 def test_sphere_stays_whole() -> None:
     sphere = surface_of(trimesh.creation.icosphere(subdivisions=3))
-    origin, triangles = parted_at_creases(sphere)
+    origin, triangles = split_at_sharp_edges(sphere)
     assert sorted(origin) == list(range(len(sphere.vertices)))
     normals = vertex_normals(sphere.vertices[origin], triangles)
     np.testing.assert_allclose(normals, sphere.vertices[origin], atol=0.02)
@@ -39,7 +38,7 @@ def test_threshold_decides_what_is_sharp(sharp: float, parts: int) -> None:
     """A prism of 16 sides: 22.5 degrees from side to side, 90 from side to end."""
     prism = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=16)
     centres = np.flatnonzero(np.hypot(*prism.vertices[:, :2].T) < 1e-9)
-    origin, _ = parted_at_creases(surface_of(prism), sharp)
+    origin, _ = split_at_sharp_edges(surface_of(prism), sharp)
     assert len(origin) == parts + len(centres)
 
 
@@ -63,7 +62,7 @@ def test_near_hides_far_and_light_falls_by_the_angle() -> None:
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
-    paint(axes, both, (0.0, -1.0, 0.0), "white")
+    draw_solid(axes, both, (0.0, -1.0, 0.0), "white")
     axes.set(xlim=(-3.0, 3.0), ylim=(-3.0, 3.0))
     canvas.draw()
     seen = np.asarray(canvas.buffer_rgba())[..., 0] / 255.0

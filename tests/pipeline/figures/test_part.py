@@ -1,4 +1,4 @@
-"""The picture of the part, with and without OpenGL."""
+"""The figure of the part, with and without OpenGL."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import trimesh
 from matplotlib import colormaps
 from PIL import Image
 
-from pipeline.figures.offscreen import with_fewer_colours
 from pipeline.figures.part import draw_part
+from pipeline.figures.saving import encoded
 
 
 @pytest.fixture
@@ -25,9 +25,9 @@ def part(tmp_path: Path) -> Path:
     return path
 
 
-def _looked_at(picture: Path) -> None:
-    assert picture.stat().st_size < 300_000
-    with Image.open(picture) as image:
+def _looked_at(figure: Path) -> None:
+    assert figure.stat().st_size < 300_000
+    with Image.open(figure) as image:
         pixels = np.asarray(image.convert("RGB")).astype(int)
     assert pixels.shape == (700, 1400, 3)
     for half in (pixels[:, :700], pixels[:, 700:]):
@@ -48,9 +48,7 @@ def test_fewer_colours_keep_white_and_the_ends_of_a_colour_bar() -> None:
     drawn = np.full((200, 300, 3), 255, dtype=np.uint8)
     drawn[20:180, 20:200, 2] = np.arange(160)[:, None]  # a slow gradient
     drawn[20:180, 250:260] = colormaps["viridis"](np.linspace(0.0, 1.0, 160), bytes=True)[:, None, :3]
-    given = io.BytesIO()
-    Image.fromarray(drawn).save(given, format="PNG")
-    with Image.open(io.BytesIO(with_fewer_colours(given.getvalue()))) as small:
+    with Image.open(io.BytesIO(encoded(Image.fromarray(drawn), "png", "figure"))) as small:
         assert small.mode == "P"
         found = np.asarray(small.convert("RGB")).astype(int)
     white = (drawn == 255).all(axis=2)

@@ -12,14 +12,50 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.tri import Triangulation
 
-from actuator.arrays import Floats
-from actuator.geometry.creases import parted_at_creases, triangle_normals, vertex_normals
+from actuator.arrays import Floats, Ints
+from actuator.geometry.normals import triangle_normals
 from actuator.geometry.zero_set import Surface
 
+#: Edges between triangles whose normals differ by more are sharp, degrees.
+SHARP = 35.0
 #: Share of the light that reaches every side.
 AMBIENT = 0.4
 #: To the light: to the right, up and to the eye.
 LIGHT = np.array([0.3, 0.5, 1.0])
+
+
+def split_at_sharp_edges(surface: Surface, sharp: float = SHARP) -> tuple[Ints, Ints]:
+    """One vertex for each side of a sharp edge, so that shading is smooth elsewhere and only there; by VTK.
+
+    Args:
+        surface: oriented triangles.
+        sharp: least angle between the normals of two triangles at a sharp edge, degrees.
+
+    Returns:
+        The vertex of the surface that each new vertex lies at, (k,), and the triangles on new vertices, (m, 3).
+    """
+    import pyvista  # slow to load: only where a solid is drawn
+
+    split = pyvista.PolyData.from_regular_faces(surface.vertices, surface.triangles).compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=sharp,
+        consistent_normals=False,
+        non_manifold_traversal=False,
+    )
+    origin, triangles = split["pyvistaOriginalPointIds"], split.regular_faces
+    return np.asarray(origin, dtype=np.int64), np.asarray(triangles, dtype=np.int64)
+
+
+def vertex_normals(vertices: Floats, triangles: Ints) -> Floats:
+    """Unit normals at the vertices, (n, 3): the mean of their triangles' by area.
+
+    VTK's are means without weights, in which the slivers of a cut mesh show as spots.
+    """
+    normals, summed = triangle_normals(vertices[triangles]), np.zeros_like(vertices)
+    for corner in range(3):
+        np.add.at(summed, triangles[:, corner], normals)
+    return summed / np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def projection(direction: tuple[float, float, float]) -> Floats:
@@ -30,7 +66,9 @@ def projection(direction: tuple[float, float, float]) -> Floats:
     return np.stack([right, np.cross(eye, right), eye])
 
 
-def paint(axes: Axes, surface: Surface, direction: tuple[float, float, float], colour: str, zorder: float = 1.0) -> Any:
+def draw_solid(
+    axes: Axes, surface: Surface, direction: tuple[float, float, float], colour: str, zorder: float = 1.0
+) -> Any:
     """Draw a surface, seen from a direction, in the projection's millimetres.
 
     Args:
@@ -41,11 +79,11 @@ def paint(axes: Axes, surface: Surface, direction: tuple[float, float, float], c
         zorder: place among the other things drawn.
     """
     rows = projection(direction)
-    origin, triangles = parted_at_creases(surface)
+    origin, triangles = split_at_sharp_edges(surface)
     vertices = surface.vertices[origin]
     light = rows.T @ LIGHT / np.linalg.norm(LIGHT)
     shade = AMBIENT + (1.0 - AMBIENT) * np.clip(vertex_normals(vertices, triangles) @ light, 0.0, 1.0)
-    seen = triangles[triangle_normals(vertices, triangles) @ rows[2] > 0.0]
+    seen = triangles[triangle_normals(vertices[triangles]) @ rows[2] > 0.0]
     place = vertices @ rows.T
     seen = seen[np.argsort(place[seen, 2].sum(axis=1))]
     colours = LinearSegmentedColormap.from_list("shades", [(0.0, "black"), (1.0, colour)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from command_line import Poro, edited
 from matplotlib.contour import ContourSet
 from PIL import Image
 
-from pipeline.figures import plots
-from pipeline.figures.arm import arm_figure
-from pipeline.figures.initial import initial_figure
+from pipeline.figures import designs, views
+from pipeline.figures.arm import arm
+from pipeline.figures.initial import initial
+from pipeline.figures.offscreen import CannotDraw
+from pipeline.figures.section import section
 from pipeline.results.design import read_design
-from pipeline.results.shape import fields_at
+from stages import mirror
 
 
 def drawn(path: Path) -> float:
@@ -26,11 +29,18 @@ def drawn(path: Path) -> float:
     return float((pixels < 235).any(axis=2).mean())
 
 
+def without_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended_badly(*_: object) -> None:
+        raise CannotDraw("VTK cannot draw")
+
+    monkeypatch.setattr(views, "drawn_apart", ended_badly)
+
+
 def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
     ended = poro("plot", folder / "tiny.h5")
     assert ended.code == 0, ended.err
-    files = [folder / f"tiny-{kind}.png" for kind in ("initial", "history", "section", "arm", "views")]
-    assert ended.out.split() == [str(file) for file in (folder / "tiny-history.csv", *files)]
+    files = [folder / f"tiny-{name}.png" for name in ("initial", "views", "arm", "section", "history")]
+    assert ended.out.split() == [str(file) for file in (*files[:-1], folder / "tiny-history.csv", files[-1])]
     assert [0.01 < drawn(file) < 0.9 for file in files] == [True] * 5
 
 
@@ -47,7 +57,7 @@ def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
 
 
 def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
+    without_opengl(monkeypatch)
     ended = poro("plot", folder / "tiny.yaml", "--output", folder, "--format", "svg")
     assert ended.code == 0, ended.err
     for kind in ("initial", "history", "section", "arm"):
@@ -58,25 +68,25 @@ def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, mo
 
 def test_same_design_gives_the_same_bytes(folder: Path) -> None:
     design = read_design(folder / "tiny.h5")
-    one, other = (plots.draw(design, "history", "svg") for _ in range(2))
+    one, other = (designs.drawn(design, "history", "svg") for _ in range(2))
     assert one == other
 
 
 def test_section_shows_the_solid_where_it_is_and_where_it_moves(folder: Path) -> None:
     design = read_design(folder / "tiny.h5")
-    figure = plots.section(design)
+    figure = section(design)
     before, after = figure.axes[:2]
     radius, length = design.domain.radius, design.domain.length
     low, high = before.dataLim.min, before.dataLim.max
     np.testing.assert_allclose([*low, *high], [0.0, -radius, length, radius], atol=1e-12)
     tip = design.domain.points[:, 0] == length
-    moved = (design.domain.points + design.displacement)[tip & (design.domain.points[:, 1] == 0.0)]
+    moved = (design.domain.points + design.vertex_displacement)[tip & (design.domain.points[:, 1] == 0.0)]
     assert after.dataLim.max[0] >= moved[:, 0].max() - 1e-9
 
 
 def test_arm_ends_where_the_state_says(folder: Path) -> None:
     design = read_design(folder / "tiny.h5")
-    (axes,) = arm_figure(design).axes
+    (axes,) = arm(design).axes
     (joint,) = [line for line in axes.lines if line.get_marker() == "o"]
     t1, _, theta = design.arm
     _, load, _ = design.case.optimize.parameters()
@@ -91,7 +101,7 @@ def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
     rate = np.array([[0.1, 0.0, 0.2], [0.0, -0.1, 0.0], [0.3, 0.0, 0.1]])
     moved = replace(design, displacement=design.domain.points @ rate.T)
     vertices = design.shape.vertices
-    _, found = fields_at(moved, vertices)
+    _, found = moved.fields_at(vertices)
     wrong = np.linalg.norm(found - vertices @ rate.T, axis=1)
     sagitta = design.domain.radius * (1.0 - np.cos(0.5 * np.pi / (4 * design.domain.core_cells)))
     assert wrong.max() < np.linalg.norm(rate, 2) * sagitta
@@ -99,7 +109,7 @@ def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
 
 def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) -> None:
     design = read_design(folder / "tiny.h5")
-    across = initial_figure(design).axes[1]
+    across = initial(design).axes[1]
     (outline,) = [each for each in across.collections if isinstance(each, ContourSet) and not each.filled]
     points = np.concatenate([path.vertices for path in outline.get_paths()])
     places = np.column_stack([np.zeros(len(points)), points])
@@ -108,32 +118,26 @@ def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) 
     assert np.abs(chi).max() < 0.01
 
 
-def test_simulation_is_drawn_where_there_is_one(
-    poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch, simulation: Path
-) -> None:
-    monkeypatch.setattr(plots, "FIGURES", {})
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
-    ended = poro("plot", folder / "tiny.h5", "--format", "svg")
+def test_simulation_is_drawn_where_there_is_one(poro: Poro, folder: Path, simulation: Path) -> None:
+    ended = poro("plot", folder / "tiny.h5", "--format", "svg", "--only", "pressure")
     assert ended.code == 0, ended.err
-    assert str(folder / "tiny-pressure.svg") in ended.out
+    assert ended.out.split() == [str(folder / "tiny-pressure.svg")]
     assert "<path" in (folder / "tiny-pressure.svg").read_text()
 
 
-def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path) -> None:
     with edited(folder / "tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
-    monkeypatch.setattr(plots, "FIGURES", {kind: plots.FIGURES[kind] for kind in ("initial", "arm")})
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
-    ended = poro("plot", folder / "tiny.h5")
+    (folder / "tiny.solid.h5").unlink()
+    ended = poro("plot", folder / "tiny.h5", "--only", "initial", "--only", "arm")
     assert ended.code == 0, ended.err
     assert "tiny-arm.png: not drawn: Nothing is solid" in ended.out
     assert (folder / "tiny-initial.png").exists()
 
 
 def test_without_opengl_the_rest_is_drawn(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plots, "drawn_apart", lambda *_: None)
-    monkeypatch.setattr(plots, "FIGURES", {"section": plots.section})
-    ended = poro("plot", folder / "tiny.h5")
+    without_opengl(monkeypatch)
+    ended = poro("plot", folder / "tiny.h5", "--only", "views", "--only", "section")
     assert ended.code == 0
     assert "tiny-views.png: not drawn" in ended.out
     assert not (folder / "tiny-views.png").exists()
@@ -146,3 +150,49 @@ def test_without_a_design_there_is_a_sentence(poro: Poro, folder: Path, given: s
     ended = poro("plot", folder / given, "--output", folder)
     assert ended.code == 4
     assert "tiny.h5: there is no such file; run the stage that makes it." in ended.err
+
+
+def test_only_what_is_asked_for_is_drawn(poro: Poro, folder: Path) -> None:
+    ended = poro("plot", folder / "tiny.h5", "--only", "history")
+    assert ended.out.split() == [str(folder / f"tiny-history.{ending}") for ending in ("csv", "png")]
+    assert {path.name for path in folder.glob("tiny-*")} == {"tiny-history.csv", "tiny-history.png"}
+
+
+def test_unknown_figures_and_missing_simulations_have_a_sentence(poro: Poro, folder: Path) -> None:
+    ended = poro("plot", folder / "tiny.h5", "--only", "histogram")
+    assert ended.code == 2
+    assert "--only histogram: there is no such figure; choose one of initial, views, arm, section, history" in ended.err
+    ended = poro("plot", folder / "tiny.h5", "--only", "pressure")
+    assert "tiny-pressure.png: not drawn: There is no simulation beside the design" in ended.out
+
+
+def test_shape_is_read_where_it_is_of_this_design(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And computed where it is missing, damaged, of another design or of another version of its stages."""
+    computed = []
+    run = mirror.run
+
+    def counted(*arguments: Any) -> mirror.Result:
+        computed.append(arguments)
+        return run(*arguments)
+
+    monkeypatch.setattr(mirror, "run", counted)
+    design = read_design(folder / "tiny.h5")
+    assert len(design.shape.vertices)
+    assert not computed
+
+    def spoil(name: str, attribute: str, value: object) -> None:
+        with edited(folder / name) as file:
+            file.attrs[attribute] = value
+
+    spoil("tiny.refined.h5", "upstream_identity", "of another design")
+    fresh = read_design(folder / "tiny.h5").shape
+    assert len(computed) == 1
+    np.testing.assert_array_equal(fresh.vertices, design.shape.vertices)
+    np.testing.assert_array_equal(fresh.triangles, design.shape.triangles)
+    spoil("tiny.refined.h5", "upstream_identity", design.identity)
+    spoil("tiny.solid.h5", "stage_version", mirror.VERSION + 1)
+    assert len(read_design(folder / "tiny.h5").shape.vertices)
+    assert len(computed) == 2
+    (folder / "tiny.solid.h5").write_text("text")
+    assert len(read_design(folder / "tiny.h5").shape.vertices)
+    assert len(computed) == 3

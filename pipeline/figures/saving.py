@@ -1,0 +1,67 @@
+"""A figure as the bytes of a file: PNG with few colours, or SVG; the same figure gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+import logging
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from PIL import Image
+
+from pipeline.store.atomic import write_bytes
+
+# Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
+
+#: What a figure is: matplotlib's, or the pixels that VTK drew.
+Drawn = Figure | Image.Image
+
+WHITE = (255, 255, 255)
+
+
+def save(figure: Drawn, path: Path) -> None:
+    """Write a figure; the ending of the path, ``.png`` or ``.svg``, decides the format.
+
+    Raises:
+        OSError: if the folder or the disk does not take it.
+    """
+    write_bytes(path, encoded(figure, path.suffix[1:], path.stem))
+
+
+def encoded(figure: Drawn, format: str, name: str) -> bytes:
+    """A figure as the bytes of a file.
+
+    Args:
+        figure: pixels become PNG whatever the format.
+        format: ``png`` or ``svg``.
+        name: of the figure; it tells the parts of an SVG from those of another one on the same page.
+    """
+    if isinstance(figure, Image.Image):
+        return _with_fewer_colours(figure)
+    written = io.BytesIO()
+    # Without a date and with names that are not drawn by lot, the same figure gives the same bytes.
+    with rc_context({"svg.hashsalt": name}):
+        figure.savefig(written, format=format, metadata={"Date": None} if format == "svg" else None)
+    if format == "svg":
+        return written.getvalue()
+    with Image.open(written, formats=["PNG"]) as drawn:
+        return _with_fewer_colours(drawn)
+
+
+def _with_fewer_colours(drawn: Image.Image) -> bytes:
+    """A PNG with 256 colours, mixed by dots where these do not suffice: bands would look like contours."""
+    full = drawn.convert("RGB")
+    # The palette takes rare colours as seriously as frequent ones, or the ends of a colour bar would fade.
+    found = full.quantize(255, method=Image.Quantize.MAXCOVERAGE).getpalette() or []
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*found, *WHITE])
+    mixed = full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    # The paper stays white, for which the nearest colour found is not always taken.
+    paper = Image.fromarray((np.asarray(full) == WHITE).all(axis=2))
+    mixed.paste(len(found) // 3, mask=paper)
+    small = io.BytesIO()
+    mixed.save(small, format="PNG", optimize=True)
+    return small.getvalue()

@@ -1,0 +1,334 @@
+"""The functions of ``import poro``: cases, the stages as functions with typed results, and finished artifacts.
+
+They wire what the rooms below do and compute nothing themselves. Lengths are in mm, forces in N, stresses and pressures
+in N/mm²; only :func:`compare` and :func:`rig`, which speak of a part on the test rig, have kPa. What is wrong with a
+case, an option or a file is raised as :class:`poro.Fault`, what a stage cannot do as :class:`poro.Failure`; ``str`` of
+both is a sentence that says what to change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+import stages.check
+import stages.compare
+import stages.export
+import stages.fit
+import stages.mirror
+import stages.optimize
+import stages.refine
+import stages.rig
+import stages.simulate
+import stages.slices
+from pipeline.case.model import Case, case_type, find_case, mistakes
+from pipeline.case.model import read_case as read_case_file
+from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.measured.comparison import prediction_of
+from pipeline.measured.measurement import Sensors, read_measurement
+from pipeline.measured.uniaxial_test import read_uniaxial_test
+from pipeline.parts.solid_file import SolidFile, read_solid
+from pipeline.results.design import OptimisedDesign, read_design
+from pipeline.results.simulation import Curves, Simulation, read_simulation
+from pipeline.store import artifact, contents
+from pipeline.study.study import replaced
+from stages.events import Observer, silent
+from stages.section import Section
+
+if TYPE_CHECKING:
+    from actuator.arrays import Floats, Ints
+    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.geometry.zero_set import Surface
+
+PathName = str | PathLike[str]
+Settings = TypeVar("Settings", bound=Section)
+
+
+class Field(Protocol):
+    """A density field on its mesh: an optimised or a refined design."""
+
+    @property
+    def domain(self) -> HalfCylinder:
+        """The mesh."""
+
+    @property
+    def chi(self) -> Floats:
+        """χ at its vertices, (n_vertices,)."""
+
+
+class Solid(Protocol):
+    """A closed surface: what :func:`mirror`, :func:`export` and :func:`load` return."""
+
+    @property
+    def vertices(self) -> Floats:
+        """(n, 3), mm."""
+
+    @property
+    def triangles(self) -> Ints:
+        """(m, 3), counter-clockwise seen from outside."""
+
+
+# ------------------------------------------------------------------------------------------------ cases
+
+
+def read_case(path: PathName) -> Case:
+    """Read and check a case file, or a shipped case by its name, such as ``case14.yaml``.
+
+    Raises:
+        Fault: one sentence for every mistake.
+    """
+    return read_case_file(find_case(Path(path)))[0]
+
+
+def make_case(**sections: Any) -> Case:
+    """Build a case: ``make_case(name="mine", domain={"layers": 12}, load={"pressure_ratio": 0.01})``.
+
+    Args:
+        sections: as in a case file; those of another case may be given as they are. What is left out has its default.
+
+    Raises:
+        Fault: one sentence for every mistake.
+    """
+    plain = {name: value.model_dump() if isinstance(value, BaseModel) else value for name, value in sections.items()}
+    return _checked(plain)
+
+
+def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:
+    """A case with other values: ``with_changes(case, {"load.pressure_ratio": 0.01, "name": "softer"})``.
+
+    Args:
+        case: is not changed itself.
+        changes: dotted keys of a case file, with their values.
+
+    Raises:
+        Fault: one sentence for every mistake.
+    """
+    data: dict[str, Any] = case.model_dump()
+    for key, value in changes.items():
+        data = replaced(data, key, value)
+    return _checked(data)
+
+
+def _checked(data: dict[str, Any]) -> Case:
+    if wrong := mistakes(data):
+        raise Fault(ExitCode.USAGE, "\n".join(f"{sentence}." for _, sentence in wrong))
+    return case_type().model_validate(data, strict=True)
+
+
+def _compute(case: Case, threads: int | None) -> stages.optimize.Compute:
+    return (case if threads is None else with_changes(case, {"compute.threads": threads})).compute.build()
+
+
+# ------------------------------------------------------------------------------------------------ stages
+
+
+def optimize(
+    case: Case,
+    *,
+    threads: int | None = None,
+    observer: Observer = silent,
+    resume: stages.optimize.Result | Mapping[str, Any] | None = None,
+) -> OptimisedDesign:
+    """Optimise the design of a case.
+
+    Args:
+        case: the case.
+        threads: instead of the case's; 0 for one per core. The result does not depend on them.
+        observer: is called with every :class:`poro.DesignUpdate` and :class:`poro.Message`; what it raises ends the
+            optimisation.
+        resume: a design of the same problem to go on from, or the checkpoint of a design update.
+
+    Raises:
+        Failure: if the initial design has no state or a linear solve fails its check.
+    """
+    start = resume.checkpoint if isinstance(resume, stages.optimize.Result) else resume
+    result = stages.optimize.run(
+        case.optimize, compute=_compute(case, threads), observer=observer, resume=dict(start) if start else None
+    )
+    return OptimisedDesign(**vars(result), case=case)
+
+
+def refine(case: Case, design: Field, *, observer: Observer = silent) -> stages.refine.Result:
+    """Put a design on a finer mesh and filter it; see :func:`stages.refine.run`."""
+    return stages.refine.run(design.domain, design.chi, case.refine, observer)
+
+
+def mirror(case: Case, design: Field, *, observer: Observer = silent) -> stages.mirror.Result:
+    """The closed surface of the whole solid of a design, refined or not; see :func:`stages.mirror.run`."""
+    return stages.mirror.run(design.domain, design.chi, case.mirror, observer)
+
+
+def export(case: Case, solid: Solid, *, observer: Observer = silent) -> stages.export.Result:
+    """Scale a solid and prove it; ``data`` of the result are the bytes of the STL or 3MF file.
+
+    See :func:`stages.export.run`.
+    """
+    return stages.export.run(solid.vertices, solid.triangles, case.export, observer, case.name)
+
+
+def simulate(
+    case: Case, design: stages.optimize.Result, *, threads: int | None = None, observer: Observer = silent
+) -> stages.simulate.Result:
+    """Follow the response of a design from zero pressure to beyond p_in and back; see :func:`stages.simulate.run`.
+
+    Args:
+        case: the case.
+        design: of :func:`optimize` or :func:`load`.
+        threads: instead of the case's.
+        observer: is called with every :class:`poro.LoadStep`.
+    """
+    return stages.simulate.run(
+        stages.simulate.Design(design.domain, design.chi, design.displacement, design.pressure, design.arm),
+        case.optimize,
+        case.simulate,
+        refinement=case.refine,
+        threshold=case.mirror.threshold,
+        compute=_compute(case, threads),
+        observer=observer,
+    )
+
+
+def rig(case: Case, design: stages.optimize.Result | None = None) -> stages.rig.Result:
+    """The test rig for a case's part: pressure in kPa, arm and spring; the travel too if a design is given.
+
+    Raises:
+        Fault: if the case does not say what the part is printed of, ``rig.youngs_modulus``.
+    """
+    elongation = float(design.summary["spring_elongation"]) if design else None
+    return stages.rig.run(case.optimize, case.export.scale, _printed_modulus(case), case.rig, elongation)
+
+
+def check(part: PathName | Solid, **options: Any) -> stages.check.Result:
+    """Tell whether a part can be printed in silicone and inflated.
+
+    Args:
+        part: STL or 3MF file of any origin, or a solid in the size of the print.
+        options: fields of :class:`stages.check.Settings`, such as ``wall=0.5``.
+    """
+    solid = _solid(part)
+    return stages.check.run(solid.vertices, solid.triangles, _settings(stages.check.Settings, options))
+
+
+def slice(part: PathName | Solid, *, observer: Observer = silent, **options: Any) -> stages.slices.Result:
+    """The layers of a part as a printer will see them.
+
+    Args:
+        part: as for :func:`check`.
+        observer: is told if the part had to be repaired.
+        options: fields of :class:`stages.slices.Settings`: ``thickness``, mm, and ``direction``.
+    """
+    solid = _solid(part)
+    return stages.slices.run(solid.vertices, solid.triangles, _settings(stages.slices.Settings, options), observer)
+
+
+def fit(test: PathName | tuple[Floats, Floats], *, unit: str | None = None, **options: Any) -> stages.fit.Result:
+    """Fit material laws to a uniaxial tension test.
+
+    Args:
+        test: CSV with stretch (or strain) and engineering stress, or both as arrays, the stress in N/mm².
+        unit: of the stress of a file whose header has none.
+        options: fields of :class:`stages.fit.Settings`: ``law``, ``terms``, ``strain_limit``.
+    """
+    settings = _settings(stages.fit.Settings, options)
+    if isinstance(test, tuple):
+        stretch, stress = (np.asarray(column, dtype=np.float64) for column in test)
+    else:
+        found = read_uniaxial_test(Path(test), unit)
+        stretch, stress = found.stretch, found.stress
+    return stages.fit.run(stretch, stress, settings)
+
+
+def compare(
+    case: Case,
+    measured: PathName | stages.compare.Recording,
+    predicted: Curves | stages.optimize.Result,
+    *,
+    field: str = "density",
+    **options: Any,
+) -> stages.compare.Result:
+    """Compare a recorded test of a printed part with its prediction.
+
+    Args:
+        case: says how large the part is and what it is printed of: ``export.scale`` and ``rig.youngs_modulus``.
+        measured: CSV with pressure and displacement, or a recording in kPa and mm.
+        predicted: a simulation, of which one field is taken, or a design, which is a single point.
+        field: of the simulation.
+        options: fields of :class:`stages.compare.Settings`, such as ``target``, kPa.
+    """
+    _printed_modulus(case)
+    if isinstance(measured, stages.compare.Recording):
+        recording = measured
+    else:
+        recording = read_measurement(Path(measured), {}, Sensors()).recording
+    if isinstance(predicted, stages.optimize.Result):
+        prediction = prediction_of(case, float(predicted.summary["spring_elongation"]))
+    elif field in predicted.curves:
+        prediction = prediction_of(case, predicted.curves[field])
+    else:
+        known = " or ".join(predicted.curves)
+        raise Fault(ExitCode.USAGE, f"field='{field}': the simulation has only {known}; choose another.")
+    return stages.compare.run(recording, prediction, _settings(stages.compare.Settings, options))
+
+
+# ------------------------------------------------------------------------------------------------ artifacts
+
+
+def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation:
+    """What a finished artifact or an exported part holds.
+
+    Returns:
+        Of ``NAME.h5`` the design, of ``NAME.refined.h5`` the refined one, of ``NAME.solid.h5`` the closed surface, of
+        ``NAME.simulation.h5`` the curves, and of an ``.stl`` or ``.3mf`` its triangles.
+
+    Raises:
+        Fault: if the file is missing, unreadable, or none of these.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".h5":
+        return read_solid(path)
+    stage = artifact.read_header(path).stage
+    if stage not in _LOADERS:
+        known = ", ".join(_LOADERS)
+        raise Fault(ExitCode.ARTIFACT, f"{path}: this is the result of '{stage}'; give the one of {known}.")
+    return _LOADERS[stage](path)
+
+
+def _refined(path: Path) -> stages.refine.Result:
+    return stages.refine.Result(*contents.design(path, "refine"))
+
+
+def _surface(path: Path) -> Surface:
+    from actuator.geometry.zero_set import Surface
+
+    return Surface(*contents.surface(path))
+
+
+_LOADERS: dict[str, Callable[[Path], OptimisedDesign | stages.refine.Result | Surface | Simulation]] = {
+    "optimize": read_design,
+    "refine": _refined,
+    "mirror": _surface,
+    "simulate": read_simulation,
+}
+
+
+def _solid(part: PathName | Solid) -> Solid:
+    return read_solid(Path(part)) if isinstance(part, str | PathLike) else part
+
+
+def _printed_modulus(case: Case) -> float:
+    if case.rig.youngs_modulus is None:
+        sentence = "rig.youngs_modulus: is missing; give the initial Young's modulus of the print in N/mm²."
+        raise Fault(ExitCode.USAGE, sentence)
+    return case.rig.youngs_modulus
+
+
+def _settings(kind: type[Settings], options: dict[str, Any]) -> Settings:
+    try:
+        return kind.model_validate(options)
+    except ValidationError as error:
+        raise wrong_option(".".join(map(str, error.errors()[0]["loc"])), error) from None
