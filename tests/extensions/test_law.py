@@ -196,11 +196,11 @@ def test_fit_finds_the_law_and_draws_it(gent: None, table: Path, poro: Poro) -> 
 
 
 def test_help_and_completion_list_it(gent: None, poro: Poro) -> None:
-    from pipeline.cli.app import app
+    from pipeline.cli.app import program
     from pipeline.cli.completion import laws
 
     assert laws("g") == ["gent"]
-    assert "--law <all\\|neo-hooke\\|mooney-rivlin\\|yeoh\\|ogden\\|gent>" in reference(app, "poro")
+    assert "--law <all\\|neo-hooke\\|mooney-rivlin\\|yeoh\\|ogden\\|gent>" in reference(program(), "poro")
     assert "|gent>" in poro("fit", "--help").out
 
 
