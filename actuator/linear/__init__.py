@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from numpy.typing import ArrayLike
 
 from actuator.failure import SolveFailure
-from actuator.linear import mkl
 from actuator.linear.gmres import KrylovResult, gmres
 from actuator.linear.interface import DEFAULT_CHECK, DirectSolver, Precision, Statistics
-from actuator.linear.pardiso import PardisoSolver
-from actuator.linear.superlu import SuperLUSolver
-from actuator.solver_name import SolverName
+from actuator.solver_name import SOLVERS, SolverName
 
 __all__ = [
     "DEFAULT_CHECK",
     "DirectSolver",
     "KrylovResult",
-    "PardisoSolver",
     "Precision",
     "SolverName",
     "Statistics",
-    "SuperLUSolver",
     "available",
     "gmres",
     "make_solver",
@@ -29,7 +26,13 @@ __all__ = [
 
 def available() -> tuple[str, ...]:
     """Names of the solvers that work on this machine, the fastest first."""
-    return ("pardiso", "superlu") if mkl.load() is not None else ("superlu",)
+    return tuple(name for name in SOLVERS if _solver(name).installed())
+
+
+def _solver(name: str) -> type[DirectSolver]:
+    module, solver = SOLVERS[name]
+    found: type[DirectSolver] = getattr(import_module(module), solver)
+    return found
 
 
 def make_solver(
@@ -52,10 +55,10 @@ def make_solver(
         ValueError: if the pattern is malformed.
     """
     chosen = available()[0] if name == "auto" else name
-    solvers: dict[str, type[DirectSolver]] = {"pardiso": PardisoSolver, "superlu": SuperLUSolver}
-    if chosen not in solvers:
-        raise SolveFailure(f"There is no linear solver named '{name}': choose 'auto', 'pardiso' or 'superlu'.")
-    return solvers[chosen](
+    if chosen not in SOLVERS:
+        *most, last = (f"'{known}'" for known in ("auto", *SOLVERS))
+        raise SolveFailure(f"There is no linear solver named '{name}': choose {', '.join(most)} or {last}.")
+    return _solver(chosen)(
         indptr,
         indices,
         symmetric=symmetric,

@@ -92,6 +92,11 @@ class DirectSolver(ABC):
 
     name: str
 
+    @classmethod
+    def installed(cls) -> bool:
+        """Whether the package is there."""
+        return True
+
     def __init__(
         self,
         indptr: ArrayLike,

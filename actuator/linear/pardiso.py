@@ -49,6 +49,11 @@ class PardisoSolver(DirectSolver):
 
     name = "pardiso"
 
+    @classmethod
+    def installed(cls) -> bool:
+        """Whether MKL is there."""
+        return mkl.load() is not None
+
     def __init__(
         self,
         indptr: ArrayLike,
