@@ -68,7 +68,7 @@ def test_a_solver_that_needs_more_iterations_is_noticed(
     committed: list[Figure], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Not only the comparison: a preconditioner that is worse shows in the counts that are taken."""
-    monkeypatch.setattr("actuator.solve.equilibrium.STALE_ITERATIONS", 1)
+    monkeypatch.setattr("actuator.solve.linearisation.STALE_ITERATIONS", 1)
     found = worsened(committed, update_figures(TINY, 4, "auto"))
     assert any("factorisations" in sentence for sentence in found), found
 

@@ -13,6 +13,7 @@ PAGE = (ROOT / "docs" / "explain" / "method.md").read_text(encoding="utf-8")
 MODULES = [
     *sorted((ROOT / "actuator" / "optimiser").glob("*.py")),
     ROOT / "actuator" / "solve" / "equilibrium.py",
+    ROOT / "actuator" / "solve" / "linearisation.py",
     ROOT / "actuator" / "solve" / "sensitivity.py",
 ]
 
