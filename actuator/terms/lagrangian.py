@@ -58,7 +58,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             x = interpolate(chi, vertices, geometry.shape[q])
             pressure = interpolate(p, vertices, geometry.shape[q])
             trace = left_cauchy_green(F, b)
-            E, dE = stiffness(x, c)
+            factor, d_factor = stiffness(x, c)
             log_J = np.log(J)
             iso = np.exp(-2.0 / 3.0 * log_J)
             d_chi = d_p = 0.0 * J
@@ -77,7 +77,7 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                     for j in range(3):
                         h[i, j] = H[i, 0] * Finv[0, j] + H[i, 1] * Finv[1, j] + H[i, 2] * Finv[2, j]
                 div = h[0, 0] + h[1, 1] + h[2, 2]
-                d_chi = dE * contraction(c, E, J * pressure, log_J, iso, trace, b, h, div, M)
+                d_chi = d_factor * contraction(c, factor, J * pressure, log_J, iso, trace, b, h, div, M)
                 d_p = -J * div
             # Darcy
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)

@@ -62,10 +62,10 @@ def add_strain_energy(c, weight, x, log_J, iso, trace, b, M, d_chi):
     """
     density = energy_density(c, log_J, iso, trace, b)
     if density.real > c.energy_limit:  # the factor of the stiffness is at most one
-        Es, dEs = stiffness(x + c.energy_shift, c)
-        over = Es * density / c.energy_limit - 1.0
+        shifted, d_shifted = stiffness(x + c.energy_shift, c)
+        over = shifted * density / c.energy_limit - 1.0
         if over.real > 0.0:
             rate = weight * c.strain_energy_weight * over * over * over * over * over / c.energy_limit
-            d_chi += rate * (dEs * density)
-            add_stress(c, rate * Es, log_J, iso, trace, b, M)
+            d_chi += rate * (d_shifted * density)
+            add_stress(c, rate * shifted, log_J, iso, trace, b, M)
     return d_chi

@@ -68,7 +68,7 @@ FIGURES.register(
     DesignFigure(
         initial,
         "Initial design",
-        "The design that the optimisation starts from (Appendix C of the paper): the solid in the half cylinder, and "
+        "The design that the optimisation starts from (Appendix C of the paper): the solid in its domain, and "
         "its density in two sections with the outline ρ = 0.5 and the region of the pressure source.",
     ),
 )
