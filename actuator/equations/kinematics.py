@@ -14,6 +14,10 @@ from actuator.domains.interface import Domain
 from actuator.equations.scheme import Element
 from actuator.parameters import Load
 
+#: Where the arm's rigid motion T = [T1, T3, θ2] stands in the reduced coordinates: behind the free displacements.
+T1, T3, THETA2 = -3, -2, -1
+ARM = slice(T1, None)
+
 
 class Kinematics:
     """Reduced coordinates x = [free displacements, T1, T3, θ2].
@@ -46,10 +50,10 @@ class Kinematics:
     def displacement(self, x: Floats) -> Floats:
         """u at all nodes, (n_nodes, 3), mm."""
         u = np.zeros(self.index.shape, dtype=x.dtype)
-        u.ravel()[self._free] = x[:-3]
-        height, angle = self.tip_height, x[-1]
-        u[self.tip, 0] = x[-3] + height * np.sin(angle)
-        u[self.tip, 2] = x[-2] - height * (1.0 - np.cos(angle))
+        u.ravel()[self._free] = x[:T1]
+        height, angle = self.tip_height, x[THETA2]
+        u[self.tip, 0] = x[T1] + height * np.sin(angle)
+        u[self.tip, 2] = x[T3] - height * (1.0 - np.cos(angle))
         return self._completed(u)
 
     def _completed(self, u: Floats) -> Floats:
@@ -73,20 +77,20 @@ class Kinematics:
     def variation(self, x: Floats, dx: Floats) -> Floats:
         """Displacement field (n_nodes, 3) of a variation dx of x at x."""
         u = np.zeros(self.index.shape, dtype=np.result_type(x, dx))
-        u.ravel()[self._free] = dx[:-3]
-        u[self.tip] = self.tip_directions(x[-1]) @ dx[-3:]
+        u.ravel()[self._free] = dx[:T1]
+        u[self.tip] = self.tip_directions(x[THETA2]) @ dx[ARM]
         return self._completed(u)
 
     def force(self, x: Floats, nodal: Floats) -> Floats:
         """Transpose of :meth:`variation`: reduced forces of nodal forces (n_nodes, 3)."""
         reduced = np.empty(self.size, dtype=np.result_type(x, nodal))
-        reduced[:-3] = nodal.ravel()[self._free]
-        reduced[-3:] = self.tip_directions(x[-1]).reshape(-1, 3).T @ nodal[self.tip].ravel()
+        reduced[:T1] = nodal.ravel()[self._free]
+        reduced[ARM] = self.tip_directions(x[THETA2]).reshape(-1, 3).T @ nodal[self.tip].ravel()
         return reduced
 
     def second_variation(self, x: Floats, nodal: Floats) -> Floats:
         """Σ nodal · ∂²u/∂θ2² over Γ, in N mm: what the arm's rotation adds to the tangent."""
-        angle = x[-1]
+        angle = x[THETA2]
         force = nodal[self.tip]
         return -np.sum(self.tip_height * (np.sin(angle) * force[:, 0] + np.cos(angle) * force[:, 2]))
 
@@ -94,17 +98,17 @@ class Kinematics:
 
     def elongation(self, x: Floats) -> Floats:
         """Vertical position T3 - L_arm sin θ2 of the spring's end, mm; negative is downwards."""
-        return x[-2] - self.load.arm_length * np.sin(x[-1])
+        return x[T3] - self.load.arm_length * np.sin(x[THETA2])
 
     def spring_force(self, x: Floats) -> Floats:
         """Derivative of the spring's energy with respect to T, (3,)."""
         rate = self.load.spring_stiffness * self.elongation(x)
-        return rate * np.array([0.0 * x[-1], 1.0 + 0.0 * x[-1], -self.load.arm_length * np.cos(x[-1])])
+        return rate * np.array([0.0 * x[THETA2], 1.0 + 0.0 * x[THETA2], -self.load.arm_length * np.cos(x[THETA2])])
 
     def spring_tangent(self, x: Floats) -> Floats:
         """Second derivative of the spring's energy with respect to T, (3, 3)."""
-        arm, cosine = self.load.arm_length, np.cos(x[-1])
+        arm, cosine = self.load.arm_length, np.cos(x[THETA2])
         direction = np.array([0.0, 1.0, -arm * cosine])
         tangent = np.outer(direction, direction).astype(np.result_type(x))
-        tangent[2, 2] += self.elongation(x) * arm * np.sin(x[-1])
+        tangent[2, 2] += self.elongation(x) * arm * np.sin(x[THETA2])
         return self.load.spring_stiffness * tangent

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from actuator.arrays import Floats
 from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kinematics import Kinematics
+from actuator.equations.kinematics import THETA2, Kinematics
 from actuator.equations.tangent_kernels import PACKED, tangent
 from actuator.material.constants import Constants
 
@@ -111,7 +111,7 @@ class Tangent:
         """∂u/∂T in the cells at the tip, (n_tip_cells, 60, 3): u of Γ follows T."""
         directions = np.zeros((len(self._tip_cells), 20, 3, 3))
         on_tip = self._tip_local >= 0
-        directions[on_tip] = self._kinematics.tip_directions(float(x[-1]))[self._tip_local[on_tip]]
+        directions[on_tip] = self._kinematics.tip_directions(float(x[THETA2]))[self._tip_local[on_tip]]
         return directions.reshape(-1, 60, 3)
 
     def force_block(self, elements: Floats, x: Floats) -> sp.csr_array:

@@ -9,7 +9,7 @@ from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
-from actuator.equations.kinematics import Kinematics
+from actuator.equations.kinematics import ARM, Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.equations.tangent import Tangent
 from actuator.equations.tangent_kernels import darcy_metric, darcy_tangent
@@ -117,7 +117,7 @@ class Equilibrium:
         )
         nodal = scatter_vector(Ru, self.geometry.node_cells, len(u))
         rx = self.kinematics.force(x, nodal)
-        rx[-3:] += self.kinematics.spring_force(x)
+        rx[ARM] += self.kinematics.spring_force(x)
         return rx, scatter_vector(Rp, self.geometry.cells, len(p)), nodal, float(lowest)
 
     def flow_residual(self, chi: Floats, x: Floats, p: Floats) -> Floats:

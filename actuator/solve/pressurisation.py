@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
+from actuator.equations.kinematics import THETA2
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.linearisation import Linearisation
 from actuator.solve.state import State
@@ -37,7 +38,7 @@ class Pressurisation:
         self.load_derivative: Floats = np.concatenate([rest, inflow])
         size = equilibrium.domain.size
         weights = np.ones(self.size)
-        weights[-1] = size**2  # the arm's rotation, by the displacement it makes at the wall
+        weights[THETA2] = size**2  # the arm's rotation, by the displacement it makes at the wall
         self._weights = weights / (self.size * (LARGE_DISPLACEMENT * size) ** 2)
         self._seen: tuple[Floats, float, State] | None = None
         self._linearisation: Linearisation | None = None

@@ -12,7 +12,7 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
-from actuator.equations.kinematics import Kinematics
+from actuator.equations.kinematics import ARM, THETA2, Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
@@ -112,7 +112,7 @@ class ReducedObjective:
         """What terms are evaluated at; real or complex, all of one type."""
         kind = np.result_type(chi, x, p)
         u = self.equilibrium.kinematics.displacement(x)
-        return Fields(*(field.astype(kind, copy=False) for field in (chi, u, p, x[-3:])))
+        return Fields(*(field.astype(kind, copy=False) for field in (chi, u, p, x[ARM])))
 
     # ------------------------------------------------------------------ gradient
 
@@ -163,9 +163,9 @@ class ReducedObjective:
         if terms:
             self.total.add_gradient(at, into)
         gx = kinematics.force(x, scatter_vector(into.u, geometry.node_cells, len(self.domain.nodes)))
-        gx[-3:] += kinematics.spring_tangent(x) @ lx[-3:]
-        gx[-1] += kinematics.second_variation(x, nodal) * lx[-1]
-        gx[-3:] += into.arm
+        gx[ARM] += kinematics.spring_tangent(x) @ lx[ARM]
+        gx[THETA2] += kinematics.second_variation(x, nodal) * lx[THETA2]
+        gx[ARM] += into.arm
         gp = scatter_vector(into.p, geometry.cells, n) + into.vertex_p
         return scatter_vector(into.chi, geometry.cells, n), gx, gp
 

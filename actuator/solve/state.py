@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
+from actuator.equations.kinematics import ARM
 
 
 @dataclass(frozen=True)
@@ -34,4 +35,4 @@ class State:
     @property
     def arm(self) -> Floats:
         """T = [T1, T3 (mm), θ2 (rad)], (3,)."""
-        return self.x[-3:]
+        return self.x[ARM]
