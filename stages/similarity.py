@@ -9,15 +9,12 @@ every norm, and similar cases take the same way to the last bits; the paper's ow
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from actuator.parameters import drainage_ratio
+from actuator.parameters import Material
+from stages.settings import ProblemSettings
 
-if TYPE_CHECKING:
-    from stages.settings import ProblemSettings
-
-#: R (mm), E (N/mm²), L_i (mm), k_v E / L² (1/s) and k_s / k_v of Table 1, with L = R.
-SIZE, STIFFNESS, WIDTH, RATE, CONTRAST = 15.0, 2.736, 3.0, 1000.0, 1.0e-6
+#: The paper's case, Table 1: what the keys of a case are if they are left out.
+PAPER = ProblemSettings()
 
 
 @dataclass(frozen=True)
@@ -35,12 +32,16 @@ class Units:
 
 def similar(problem: ProblemSettings) -> tuple[ProblemSettings, Units]:
     """The similar problem of the paper's size, stiffness and drainage, and the units that its numbers count in."""
-    units = Units(problem.domain.size / SIZE, problem.material.youngs_modulus / STIFFNESS)
+    units = Units(
+        problem.domain.size / PAPER.domain.size, problem.material.youngs_modulus / PAPER.material.youngs_modulus
+    )
     scaled = problem.in_units(units.length, units.stress)
-    material, width = scaled.material, scaled.objective.interface_width
     # Permeability and drainage enter Eq. (5) by their ratios alone: a factor on both is a unit of time.
-    papers = drainage_ratio(WIDTH) * CONTRAST * (RATE * SIZE**2 / STIFFNESS)
-    void = material.void_permeability_rate * scaled.domain.length**2 / STIFFNESS
-    own = drainage_ratio(width) * material.permeability_contrast * void
-    rate = material.void_permeability_rate * (papers / own)
-    return scaled.model_copy(update={"material": material.model_copy(update={"void_permeability_rate": rate})}), units
+    rate = scaled.material.void_permeability_rate * (_material(PAPER).drainage / _material(scaled).drainage)
+    return scaled.model_copy(
+        update={"material": scaled.material.model_copy(update={"void_permeability_rate": rate})}
+    ), units
+
+
+def _material(problem: ProblemSettings) -> Material:
+    return problem.parameters()[0]
