@@ -5,6 +5,8 @@
 BIN := .venv/bin
 STAMP := .venv/.installed
 OUTPUTS := outputs
+# Test files side by side, one worker per core; a worker holds about 1 GiB, so no more than four.
+WORKERS := -n logical --maxprocesses 4 --dist loadfile
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -13,7 +15,7 @@ demo: $(STAMP)  ## optimise a small actuator and export it: outputs/quick.stl an
 	$(BIN)/poro run configs/quick.yaml --output $(OUTPUTS)
 
 test: $(STAMP)  ## the tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(WORKERS)
 
 test-long: $(STAMP)  ## the tests that take minutes
 	$(BIN)/python -m pytest -m slow
@@ -30,7 +32,7 @@ check: $(STAMP)  ## lint, format, types, layers and tests
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(WORKERS)
 
 clean:  ## remove the environment and the caches, but no outputs
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
