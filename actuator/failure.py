@@ -45,3 +45,7 @@ class UnreadableSolid(Failure):
 
 class InvalidSettings(Failure):
     """The settings ask for what cannot be done with this case or on this machine."""
+
+
+class NotInflatable(Failure):
+    """A solid is not one body that two plates close to an air chamber, or has walls that its mesh cannot show."""

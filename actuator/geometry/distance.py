@@ -8,13 +8,18 @@ from actuator.arrays import Floats
 from actuator.geometry.zero_set import Surface
 
 
-def distance(points: Floats, surface: Surface) -> Floats:
-    """Distance of points (n, 3) to the nearest point of a surface, (n,), mm, by VTK."""
+def signed_distance(points: Floats, surface: Surface) -> Floats:
+    """Distance of points (n, 3) to the nearest point of a surface, (n,), mm, negative inside of it; by VTK."""
     import pyvista  # slow to load: only where something is measured
 
     there = pyvista.PolyData.from_regular_faces(surface.vertices, surface.triangles)
     found = pyvista.PolyData(np.ascontiguousarray(points)).compute_implicit_distance(there)
-    return np.abs(np.asarray(found["implicit_distance"], dtype=np.float64))
+    return np.asarray(found["implicit_distance"], dtype=np.float64)
+
+
+def distance(points: Floats, surface: Surface) -> Floats:
+    """Distance of points (n, 3) to the nearest point of a surface, (n,), mm."""
+    return np.abs(signed_distance(points, surface))
 
 
 def samples(surface: Surface) -> Floats:
