@@ -32,10 +32,10 @@ from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.comparison import prediction_of
 from pipeline.measured.measurement import Sensors, read_measurement
 from pipeline.measured.uniaxial_test import read_uniaxial_test
-from pipeline.parts.solid_file import SolidFile, read_solid
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.simulation import Curves, Simulation, read_simulation
 from pipeline.store import artifact, contents
+from pipeline.store.solid_file import SolidFile, read_solid
 from pipeline.study.study import replaced
 from stages.events import Observer, silent
 from stages.section import Section

@@ -133,6 +133,8 @@ UPDATES = Option(
 THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per core.")
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
+SIZE = Option("--size", float, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
+INFLATE_TO = Option("--max-load", float, "inflate", "max_load", "Largest pressure over p_in.")
 MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure over p_in.")
 
 
@@ -196,6 +198,15 @@ for _row in (
         options=(MAX_LOAD, youngs("curves in the rig's units"), SCALE, THREADS),
         grids=("thresholded",),
         beside=(Beside("curves", ".simulation.csv"), Beside("curves-figure", ".simulation.png")),
+    ),
+    Stage(
+        "inflate",
+        "Inflate the part as it is printed, on a mesh that fits it.",
+        module="stages.inflate",
+        suffix=".inflation.h5",
+        sections=("inflate", "domain", "material", "load", "objective", "rig"),
+        after="export",
+        options=(SIZE, INFLATE_TO, youngs("also gives the response in the rig's units"), THREADS),
     ),
 ):
     STAGES.register(_row.name, _row)

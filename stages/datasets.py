@@ -20,8 +20,8 @@ if TYPE_CHECKING:  # scikit-fem: only where a mesh is
     from actuator.domains.interface import Domain
 
 #: VTK's cell types (vtkCellType.h).
-TRIANGLE, HEXAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 25
-CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_HEXAHEDRON: 20}
+TRIANGLE, HEXAHEDRON, QUADRATIC_TETRAHEDRON, QUADRATIC_HEXAHEDRON = 5, 12, 24, 25
+CELL_NODES = {TRIANGLE: 3, HEXAHEDRON: 8, QUADRATIC_TETRAHEDRON: 10, QUADRATIC_HEXAHEDRON: 20}
 
 # scikit-fem's own order gives VTK a left-handed cell when the mesh is right-handed, as those of all domains are: its
 # default reference mesh is left-handed. Exchanging the first and the last face (corners, then their edges) mirrors it.

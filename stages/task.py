@@ -10,6 +10,7 @@ from actuator.solver_name import SolverName
 from stages.events import Observer, silent
 
 if TYPE_CHECKING:
+    from actuator.arrays import Floats, Ints
     from stages.datasets import Packed, Source
 
 
@@ -28,6 +29,8 @@ class Task:
     Attributes:
         case: its attributes are ``name`` and the sections of the case file.
         source: the artifact of the stage before; None for a stage that works on none.
+        solid: vertices (n, 3), mm, and triangles (m, 3) of the part, for a stage that works on one that was exported.
+        optimised: summary of the optimisation that a part came from, where it is at hand.
         compute: threads and linear solver.
         observer: is told what happens.
         resume: the checkpoint to continue from, if there is one.
@@ -35,6 +38,8 @@ class Task:
 
     case: Any
     source: Source | None = None
+    solid: tuple[Floats, Ints] | None = None
+    optimised: Mapping[str, Any] | None = None
     compute: Compute | None = None
     observer: Observer = silent
     resume: Mapping[str, Any] | None = None
@@ -44,6 +49,12 @@ class Task:
         """The artifact of the stage before, for a stage that works on one."""
         assert self.source is not None
         return self.source
+
+    @property
+    def part(self) -> tuple[Floats, Ints]:
+        """The exported part, for a stage that works on one."""
+        assert self.solid is not None
+        return self.solid
 
 
 @dataclass(frozen=True)

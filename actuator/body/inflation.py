@@ -21,12 +21,15 @@ from actuator.linear import DirectSolver, SolverName, gmres, make_solver
 from actuator.linear.pattern import Product
 from actuator.material.constants import constants_of_law
 from actuator.parameters import Material
+from actuator.solve.path import Point
 
 #: Poisson's ratio above which the mean stress is an unknown: up to the paper's 0.48 plain quadratic tetrahedra do not
 #: lock, tests/actuator/body/test_locking.py.
 MOST_PLAIN_POISSON_RATIO = 0.48
 #: Displacement, in lengths of the body, that counts as much along the path as the whole pressure.
 LARGE_DISPLACEMENT = 0.1
+#: dλ/ds below which a point is a limit point, where nothing has a derivative by λ.
+LEAST_SLOPE = 1e-3
 #: Krylov iterations after which older factors are given up for new ones.
 MOST_KRYLOV = 25
 
@@ -234,6 +237,12 @@ class Inflation:
         force = self._reduced(z, nodal)
         force[self._arm] += self.arm.chamber(z[self._arm])[1]
         return self.pressure * force
+
+    def volume_slope(self, point: Point) -> float:
+        """dV/dλ of the chamber along the path, mm³; NaN at a limit point."""
+        if self.pressure == 0.0 or abs(point.slope) < LEAST_SLOPE:
+            return np.nan
+        return float(self._air_force(point.z) @ point.direction) / (self.pressure * point.slope)
 
     def norm(self, residual: Floats) -> float:
         """Size of a residual relative to the air's forces at λ = 1 on the undeformed body."""

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from actuator.arrays import Floats
 from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
-from pipeline.parts.solid_file import read_solid
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
+from pipeline.store.solid_file import read_solid
 from stages import slices
 from stages.events import Message
 

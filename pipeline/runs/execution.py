@@ -9,6 +9,7 @@ from typing import Any
 from uuid import uuid4
 
 from actuator import failure
+from actuator.arrays import Floats, Ints
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs import checkpoint, resuming
 from pipeline.runs.job import Job
@@ -17,6 +18,8 @@ from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
 from pipeline.store import artifact, atomic, contents, vtkhdf
 from pipeline.store.artifact import Header
+from pipeline.store.files import part_of
+from pipeline.store.solid_file import read_solid
 from stages.chain import STAGES
 from stages.datasets import Packed, Product
 from stages.task import Task
@@ -28,6 +31,7 @@ _FAILURES = {
     failure.NotManifold: ExitCode.BAD_SOLID,
     failure.LooseBodies: ExitCode.BAD_SOLID,
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
+    failure.NotInflatable: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
     failure.InvalidSettings: ExitCode.USAGE,
     failure.OutOfMemory: ExitCode.UNEXPECTED,
@@ -104,11 +108,30 @@ class Execution:
         """Run a stage."""
         job, row = self.job, STAGES[step.stage]
         source = contents.Stored(job.artifact(row.after), row.after) if row.after else None
-        task = Task(job.case, source, job.case.compute.build(), self.reporter.observe)
+        task = Task(
+            job.case,
+            source,
+            solid=self._part(row.after),
+            optimised=self._optimised(step),
+            compute=job.case.compute.build(),
+            observer=self.reporter.observe,
+        )
         if step.stage == checkpoint.OPTIMIZE:
             return resuming.run(job, task, fresh=self.fresh, forced="forced" in step.reasons)
         module = row.load()
         return module.pack(module.start(task))
+
+    def _part(self, stage: str) -> tuple[Floats, Ints] | None:
+        """The part that a stage has made; None if it makes none."""
+        if not stage or not STAGES[stage].makes_part:
+            return None
+        solid = read_solid(part_of(self.job.artifact(stage)))
+        return solid.vertices, solid.triangles
+
+    def _optimised(self, step: Step) -> Summary | None:
+        """Summary of the first stage of those that the step rests on; None where its artifact is not at hand."""
+        path = self.job.artifact(checkpoint.OPTIMIZE)
+        return contents.summary(path, checkpoint.OPTIMIZE) if path.exists() else None
 
     def _write_part(self, stage: str, product: Product) -> Summary:
         """Write the file that a stage makes and read it back; returns what belongs into the summary."""

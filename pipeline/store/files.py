@@ -70,6 +70,11 @@ class Files:
         return any(re.fullmatch(f"{re.escape(self.name)}({ending})", name) for ending in _endings())
 
 
+def part_of(record: Path) -> Path:
+    """The part whose record an artifact is: it lies beside it, under the same name without the ending."""
+    return record.with_suffix("")
+
+
 def _endings() -> Iterator[str]:
     """Patterns of all that may follow the name of a case."""
     yield re.escape(".checkpoint.h5")

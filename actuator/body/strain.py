@@ -1,0 +1,117 @@
+"""What a state of a body does to its material: strain, stretch, and where walls touch each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from actuator.arrays import Floats, Ints
+from actuator.body.element import POINTS, SLOPES
+from actuator.body.mesh import BodyMesh, signed_volumes
+
+#: Depth, over the length of the body, to which a node of the surface must have entered another cell to count.
+ENTERED = 1e-3
+#: Cells near a node that are asked whether they hold it.
+NEIGHBOURS = 24
+#: Spots of high strain that are named.
+SPOTS = 3
+
+
+@dataclass(frozen=True)
+class Strains:
+    """Strain of a body in one state.
+
+    Attributes:
+        strain: sqrt(2 Ψ / E) at the points of the cells, (n_cells, 4).
+        stretch: largest principal stretch there, (n_cells, 4).
+        weights: volume that each point stands for, (n_cells, 4), mm³.
+        places: of the points, undeformed, (n_cells, 4, 3), mm.
+    """
+
+    strain: Floats
+    stretch: Floats
+    weights: Floats
+    places: Floats
+
+    def share_above(self, limit: float) -> float:
+        """Share of the volume with a strain above a limit."""
+        return float(self.weights[self.strain > limit].sum() / self.weights.sum())
+
+    def percentile(self, values: Floats, share: float) -> float:
+        """The value below which a share of the volume stays."""
+        order = np.argsort(values, axis=None)
+        volume = np.cumsum(self.weights.ravel()[order])
+        return float(values.ravel()[order][np.searchsorted(volume, share * volume[-1])])
+
+    def spots(self, apart: float) -> list[tuple[float, tuple[float, float, float]]]:
+        """The largest strains of cells that lie so far apart (mm), each with its place."""
+        mean = self.strain.mean(axis=1)
+        centres = self.places.mean(axis=1)
+        found: list[tuple[float, tuple[float, float, float]]] = []
+        left = np.ones(len(mean), dtype=bool)
+        while left.any() and len(found) < SPOTS:
+            worst = int(np.argmax(np.where(left, mean, -1.0)))
+            x, y, z = centres[worst].tolist()
+            found.append((float(self.strain[worst].max()), (x, y, z)))
+            left &= np.linalg.norm(centres - centres[worst], axis=1) > apart
+        return found
+
+
+def strains(mesh: BodyMesh, displacement: Floats, density: Floats, youngs_modulus: float) -> Strains:
+    """Strain and stretch of a state.
+
+    Args:
+        mesh: of the body.
+        displacement: (n_nodes, 3), mm.
+        density: Ψ at the points of the cells, (n_cells, 4), N/mm².
+        youngs_modulus: E, N/mm².
+    """
+    corners = mesh.nodes[mesh.cells[:, :4]]
+    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
+    u = displacement[mesh.cells]
+    stretch = np.empty(density.shape)
+    for q, slopes in enumerate(SLOPES):
+        # ∂/∂λ_1..3 with λ_0 = 1 - λ_1 - λ_2 - λ_3.
+        local = np.einsum("eai,ac->eic", u, slopes[:, 1:] - slopes[:, :1])
+        F = np.eye(3) + local @ inverse.transpose(0, 2, 1)
+        stretch[:, q] = np.sqrt(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, -1])
+    weights = np.repeat(signed_volumes(mesh.nodes, mesh.cells[:, :4])[:, None] / len(POINTS), len(POINTS), axis=1)
+    places = np.einsum("qc,eci->eqi", POINTS, corners)
+    return Strains(np.sqrt(2.0 * np.maximum(density, 0.0) / youngs_modulus), stretch, weights, places)
+
+
+def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float] | None:
+    """Where walls have passed into each other, undeformed, mm; None if nowhere.
+
+    A node of the surface touches if it lies inside of another part of the deformed body, taken with flat faces, by more
+    than :data:`ENTERED`; contact is not part of the equilibrium, so nothing stops it from doing so.
+    """
+    deformed = mesh.nodes + displacement
+    depth = ENTERED * mesh.length
+    number = np.unique(mesh.boundary)
+    corners = deformed[mesh.cells[:, :4]]
+    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    # Smallest height of each cell: barycentric coordinates times it are depths.
+    heights = 1.0 / np.linalg.norm(np.concatenate([inverse, -inverse.sum(axis=1, keepdims=True)], axis=1), axis=2)
+    _, near = cKDTree(corners.mean(axis=1)).query(deformed[number], k=min(NEIGHBOURS, len(corners)))
+    near = np.asarray(near).reshape(len(number), -1)
+    local = np.einsum("nkcj,nkj->nkc", inverse[near], deformed[number][:, None] - corners[near, 0])
+    barycentric = np.concatenate([local, 1.0 - local.sum(axis=2, keepdims=True)], axis=2)
+    inside = (barycentric * heights[near]).min(axis=2)
+    inside[_own(mesh, number, near)] = -np.inf
+    worst = int(np.argmax(inside.max(axis=1)))
+    if inside[worst].max() <= depth:
+        return None
+    x, y, z = mesh.nodes[number[worst]].tolist()
+    return x, y, z
+
+
+def _own(mesh: BodyMesh, number: Ints, near: Ints) -> Ints:
+    """Which of the near cells lie beside the node in the undeformed body, (n, k), as those that hold its neighbours."""
+    reach = np.linalg.norm(np.ptp(mesh.nodes[mesh.cells[:, :4]], axis=1), axis=1)
+    centres = mesh.nodes[mesh.cells[:, :4]].mean(axis=1)
+    apart = np.linalg.norm(centres[near] - mesh.nodes[number][:, None], axis=2)
+    own: Ints = apart < 2.0 * reach[near]
+    return own

@@ -1,0 +1,194 @@
+"""Stage ``inflate``: the response of the exported part itself to air pressure, on a mesh that fits it.
+
+The path of states is followed by arc length (:mod:`actuator.solve.path`) from zero to more than p_in. Lengths, forces
+and stresses count in the units of the case: the part is scaled back to the size of the domain.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+from actuator.arrays import Floats, Ints
+from actuator.failure import InvalidSettings, SolveFailure
+from actuator.geometry.printing.directions import Axis
+from stages.events import LoadStep, Message, Observer, silent
+from stages.inflation import TARGET, Course, Result, lines, pack, shortfall
+from stages.settings import ProblemSettings, Section
+from stages.task import Compute, Task
+
+if TYPE_CHECKING:
+    from actuator.body.inflation import Inflation
+    from actuator.body.mesh import BodyMesh
+    from actuator.body.plates import Glued
+    from actuator.parameters import Load, Material
+
+__all__ = ["VERSION", "Result", "Settings", "lines", "pack", "run", "shortfall", "start"]
+
+VERSION = 1
+
+#: kPa of the units that a pressure may be given in.
+UNITS = {"kpa": 1.0, "pa": 1e-3, "mpa": 1e3, "n/mm²": 1e3, "n/mm^2": 1e3, "bar": 100.0, "mbar": 0.1, "psi": 6.894757}
+#: Stiffness of a spring that holds the arm's end, over E R: the deflection left is a millionth of the length or less.
+HELD = 1e3
+#: Largest arc length of a step, about the whole of p_in, and how far the path may turn on it: the parts respond almost
+#: linearly, and a step that is too long is cut.
+LARGEST_STEP, LEAST_COSINE = 1.0, 0.9
+
+
+def _in_kpa(value: Any) -> Any:
+    """A pressure with its unit in kPa."""
+    if not isinstance(value, str):
+        return value
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*([A-Za-z/²^2]+)\s*", value)
+    if not found or found[2].lower() not in UNITS:
+        raise ValueError(f"must be a number with one of the units {', '.join(UNITS)}, as in '20 kPa'")
+    try:
+        return float(found[1]) * UNITS[found[2].lower()]
+    except ValueError:
+        raise ValueError("must be a number with a unit, as in '20 kPa'") from None
+
+
+class Settings(Section):
+    """The part as printed under pressure: its mesh, and how far it is inflated."""
+
+    size: float = Field(1.5, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
+    max_load: float = Field(1.5, gt=0, description="largest pressure over p_in [-]")
+    points: int = Field(6, ge=1, le=100, description="states between zero and the largest pressure that are stored [-]")
+    pressure: Annotated[float | None, BeforeValidator(_in_kpa)] = Field(
+        None, ge=0, description="p_in on the print of rig.youngs_modulus, instead of the case's; as 20 kPa [kPa]"
+    )
+    part_scale: float | None = Field(
+        None, gt=0, description="size of the part over size of the domain; by their lengths if left out [-]"
+    )
+    axis: Axis = Field("x", description="axis of the part, between the faces that plates are glued on [-]")
+    blocked: bool = Field(False, description="also compute the force at the arm's end if that is held")
+
+
+def run(
+    vertices: Floats,
+    triangles: Ints,
+    problem: ProblemSettings,
+    settings: Settings,
+    compute: Compute | None = None,
+    observer: Observer = silent,
+    youngs_modulus: float | None = None,
+    optimised: Mapping[str, Any] | None = None,
+) -> Result:
+    """Inflate a part between two plates.
+
+    Args:
+        vertices: of the part, (n, 3), mm.
+        triangles: (m, 3), counter-clockwise seen from outside.
+        problem: material, pressure, arm and spring; the domain's lengths say how large the part is in the case.
+        settings: mesh and largest pressure.
+        compute: threads and linear solver.
+        observer: is told what happens.
+        youngs_modulus: Ē of the print, N/mm², which a pressure in kPa refers to.
+        optimised: summary of the optimisation that the part came from, to compare with.
+
+    Raises:
+        actuator.failure.NotInflatable: if the part is not one closed body with a closed chamber between flat ends, or
+            the mesh too coarse for it.
+        actuator.failure.InvalidSettings: if a pressure is given without the print's modulus.
+        actuator.failure.SolveFailure: if there is no state near zero pressure.
+    """
+    # scikit-fem, SciPy, Mmg: only where it runs
+    from actuator.body.meshing import mesh_of
+    from actuator.body.plates import glued
+    from actuator.threads import use_threads
+
+    compute = compute or Compute()
+    use_threads(compute.threads)
+    solid = glued(vertices, triangles, settings.axis)
+    scale = settings.part_scale or solid.length / problem.domain.length
+    solid = _in_case_units(solid, scale)
+    problem = _with_pressure(problem, settings, youngs_modulus)
+    material, load, _ = problem.parameters()
+    mesh = mesh_of(solid, settings.size)
+    kind = "half of it, as it is symmetric" if mesh.half else "all of it"
+    observer(Message(f"{len(mesh.cells)} quadratic tetrahedra, {len(mesh.nodes)} nodes, for {kind}"))
+    course = Course(mesh, problem, scale)
+    _follow(_inflation(mesh, material, load, problem, compute), course, settings, observer)
+    if settings.blocked and not course.ended:
+        held = replace(load, spring_stiffness=HELD * problem.material.youngs_modulus * problem.domain.size)
+        force = Course(mesh, problem, scale)
+        _follow(_inflation(mesh, material, held, problem, compute), force, settings, silent)
+        course.blocked = force.column("spring_force")[force.column("load_factor") == 1.0].tolist()
+    return course.result(optimised)
+
+
+def _in_case_units(solid: Glued, scale: float) -> Glued:
+    from actuator.geometry.zero_set import Surface
+
+    surface = Surface(solid.surface.vertices / scale, solid.surface.triangles)
+    return replace(solid, surface=surface, length=solid.length / scale)
+
+
+def _with_pressure(problem: ProblemSettings, settings: Settings, youngs_modulus: float | None) -> ProblemSettings:
+    if settings.pressure is not None:
+        if youngs_modulus is None:
+            raise InvalidSettings(
+                "A pressure in kPa needs the Young's modulus of the print: set rig.youngs_modulus (--youngs)."
+            )
+        ratio = 1e-3 * settings.pressure / youngs_modulus
+        problem = problem.model_copy(update={"load": problem.load.model_copy(update={"pressure_ratio": ratio})})
+    if problem.load.pressure_ratio == 0.0:
+        raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
+    return problem
+
+
+def _inflation(mesh: BodyMesh, material: Material, load: Load, problem: ProblemSettings, compute: Compute) -> Inflation:
+    from actuator.body.inflation import Inflation
+
+    # The spring of the model is that of half an actuator, or of a whole one.
+    halves = (1.0 if mesh.half else 2.0) / problem.domain.halves
+    return Inflation(
+        mesh,
+        material,
+        pressure=load.pressure,
+        reach=load.arm_length,
+        stiffness=halves * load.spring_stiffness,
+        threads=compute.threads,
+        solver=compute.linear_solver,
+    )
+
+
+def _follow(inflation: Inflation, course: Course, settings: Settings, observer: Observer) -> None:
+    """Follow the path up; the course fills as points are found."""
+    from actuator.solve.path import Control, begin, follow
+
+    loads = np.linspace(0.0, settings.max_load, settings.points + 1)
+    stops = sorted({*loads[1:].tolist(), *([TARGET] if settings.max_load >= TARGET else [])})
+    control = Control(first=stops[0], largest=LARGEST_STEP, least_cosine=LEAST_COSINE)
+    here = begin(inflation, inflation.rest, 0.0, control)
+    course.add(inflation, here)
+    try:
+        for point in follow(inflation, here, settings.max_load, control, stops=stops, lowest=0.0):
+            record = course.add(inflation, point, stored=point.load in stops)
+            observer(LoadStep("as printed", record, settings.max_load))
+    except SolveFailure as failure:
+        course.ended = str(failure)
+        observer(Message(course.ended))
+    except KeyboardInterrupt:
+        course.finished = False
+        observer(Message("Interrupted; what has been found is kept."))
+
+
+def start(task: Task) -> Result:
+    """Inflate the part that a case was exported as."""
+    case = task.case
+    return run(
+        *task.part,
+        case.optimize,
+        case.inflate,
+        task.compute,
+        task.observer,
+        case.rig.youngs_modulus,
+        task.optimised,
+    )
