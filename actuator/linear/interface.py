@@ -126,6 +126,7 @@ class DirectSolver(ABC):
         self._analysed = False
         self._factorised = False
         self._product = Product(self.indptr, self.indices, symmetric)
+        self._open()
 
     # ------------------------------------------------------------------ phases
 
@@ -200,6 +201,9 @@ class DirectSolver(ABC):
         self._release()
 
     # ---------------------------------------------------------------- package
+
+    def _open(self) -> None:  # noqa: B027
+        """Begin with the package, once the pattern is known; most need nothing for that."""
 
     @abstractmethod
     def _analyse(self, data: Floats) -> None: ...
