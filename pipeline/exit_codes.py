@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import BaseModel, ValidationError
+
+Settings = TypeVar("Settings", bound="BaseModel")
 
 
 class ExitCode(IntEnum):
@@ -60,6 +63,26 @@ def wrong_option(option: str, error: ValidationError) -> Fault:
     detail = error.errors()[0]
     wrong = detail["msg"].replace("Input should be", "must be")
     return Fault(ExitCode.USAGE, f"{option}: {wrong}, not {detail['input']}; change the value.")
+
+
+def option_settings(kind: type[Settings], options: Mapping[str, Any], option: str = "") -> Settings:
+    """A stage's settings from the options of a command; those that are None keep their default.
+
+    Args:
+        kind: of the settings.
+        options: values by the names of the settings.
+        option: what a wrong value is blamed on; by default the option that is called as the setting is.
+
+    Raises:
+        Fault: if a value is refused (USAGE).
+    """
+    from pydantic import ValidationError  # slow to load: commands that need no settings do without
+
+    try:
+        return kind.model_validate({name: value for name, value in options.items() if value is not None})
+    except ValidationError as error:
+        setting = str(error.errors()[0]["loc"][0])
+        raise wrong_option(option or f"--{setting.replace('_', '-')}", error) from None
 
 
 def unexpected(error: Exception, log: Path | str) -> Fault:
