@@ -42,7 +42,7 @@ from stages.section import Section
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
 
 PathName = str | PathLike[str]
@@ -53,7 +53,7 @@ class Field(Protocol):
     """A density field on its mesh: an optimised or a refined design."""
 
     @property
-    def domain(self) -> HalfCylinder:
+    def domain(self) -> Domain:
         """The mesh."""
 
     @property
@@ -183,7 +183,7 @@ def simulate(
         observer: is called with every :class:`poro.LoadStep`.
     """
     return stages.simulate.run(
-        stages.simulate.Design(design.domain, design.chi, design.displacement, design.pressure, design.arm),
+        design,
         case.optimize,
         case.simulate,
         refinement=case.refine,
