@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
@@ -35,16 +34,6 @@ def load_row(record: Mapping[str, float]) -> str:
         f"{record['load_factor']:8.4f}{record['T3']:11.5f}{math.degrees(record['theta2']):9.4f}"
         f"{record['elongation']:9.4f}{record['energy_ratio']:9.4f}{record['leak']:10.2e}{record['newton']:7.0f}"
     )
-
-
-class Display(Protocol):
-    """Where lines and progress go."""
-
-    def line(self, text: str) -> None:
-        """Show a line."""
-
-    def progress(self, done: float, limit: int, left: str) -> None:
-        """Show how far the optimisation is."""
 
 
 class PlainDisplay:
@@ -80,7 +69,7 @@ class LiveDisplay(PlainDisplay):
 class Reporter:
     """Tells display and log what happens; its :meth:`observe` is the observer of the stages."""
 
-    def __init__(self, display: Display, log: logging.Logger) -> None:
+    def __init__(self, display: PlainDisplay, log: logging.Logger) -> None:
         self.display = display
         self.log = log
         self._first: tuple[float, float] | None = None
