@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
@@ -16,31 +16,22 @@ Settings = TypeVar("Settings", bound="BaseModel")
 class ExitCode(IntEnum):
     """What the shell sees; documented in ``poro --help``."""
 
-    OK = 0
-    UNEXPECTED = 1
-    USAGE = 2
-    NOT_CONVERGED = 3
-    ARTIFACT = 4
-    BAD_SOLID = 5
-    BUSY = 6
-    INTERRUPTED = 130
+    meaning: str
 
-    @property
-    def meaning(self) -> str:
-        """The code in a few words."""
-        return _MEANINGS[self]
+    OK = 0, "ok"
+    UNEXPECTED = 1, "unexpected error (details are in the log)"
+    USAGE = 2, "wrong usage or case file"
+    NOT_CONVERGED = 3, "did not converge"
+    ARTIFACT = 4, "artifact missing, unreadable or stale"
+    BAD_SOLID = 5, "the exported solid fails its checks"
+    BUSY = 6, "another process is working on the case"
+    INTERRUPTED = 130, "interrupted"
 
-
-_MEANINGS = {
-    ExitCode.OK: "ok",
-    ExitCode.UNEXPECTED: "unexpected error (details are in the log)",
-    ExitCode.USAGE: "wrong usage or case file",
-    ExitCode.NOT_CONVERGED: "did not converge",
-    ExitCode.ARTIFACT: "artifact missing, unreadable or stale",
-    ExitCode.BAD_SOLID: "the exported solid fails its checks",
-    ExitCode.BUSY: "another process is working on the case",
-    ExitCode.INTERRUPTED: "interrupted",
-}
+    def __new__(cls, value: int, meaning: str = "") -> Self:
+        """A code with what it means in a few words."""
+        code = int.__new__(cls, value)
+        code._value_, code.meaning = value, meaning
+        return code
 
 
 class Fault(Exception):
