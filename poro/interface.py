@@ -30,7 +30,7 @@ from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.comparison import prediction_of
-from pipeline.measured.measurement import Sensors, read_measurement
+from pipeline.measured.measurement import read_measurement
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.parts.solid_file import SolidFile, read_solid
 from pipeline.results.design import OptimisedDesign, read_design
@@ -264,7 +264,7 @@ def compare(
     if isinstance(measured, stages.compare.Recording):
         recording = measured
     else:
-        recording = read_measurement(Path(measured), {}, Sensors()).recording
+        recording = read_measurement(Path(measured)).recording
     if isinstance(predicted, stages.optimize.Result):
         prediction = prediction_of(case, float(predicted.summary["spring_elongation"]))
     elif field in predicted.curves:
