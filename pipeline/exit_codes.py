@@ -2,42 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import BaseModel, ValidationError
+
+Settings = TypeVar("Settings", bound="BaseModel")
 
 
 class ExitCode(IntEnum):
     """What the shell sees; documented in ``poro --help``."""
 
-    OK = 0
-    UNEXPECTED = 1
-    USAGE = 2
-    NOT_CONVERGED = 3
-    ARTIFACT = 4
-    BAD_SOLID = 5
-    BUSY = 6
-    INTERRUPTED = 130
+    meaning: str
 
-    @property
-    def meaning(self) -> str:
-        """The code in a few words."""
-        return _MEANINGS[self]
+    OK = 0, "ok"
+    UNEXPECTED = 1, "unexpected error (details are in the log)"
+    USAGE = 2, "wrong usage or case file"
+    NOT_CONVERGED = 3, "did not converge"
+    ARTIFACT = 4, "artifact missing, unreadable or stale"
+    BAD_SOLID = 5, "the exported solid fails its checks"
+    BUSY = 6, "another process is working on the case"
+    INTERRUPTED = 130, "interrupted"
 
-
-_MEANINGS = {
-    ExitCode.OK: "ok",
-    ExitCode.UNEXPECTED: "unexpected error (details are in the log)",
-    ExitCode.USAGE: "wrong usage or case file",
-    ExitCode.NOT_CONVERGED: "did not converge",
-    ExitCode.ARTIFACT: "artifact missing, unreadable or stale",
-    ExitCode.BAD_SOLID: "the exported solid fails its checks",
-    ExitCode.BUSY: "another process is working on the case",
-    ExitCode.INTERRUPTED: "interrupted",
-}
+    def __new__(cls, value: int, meaning: str = "") -> Self:
+        """A code with what it means in a few words."""
+        code = int.__new__(cls, value)
+        code._value_, code.meaning = value, meaning
+        return code
 
 
 class Fault(Exception):
@@ -60,6 +54,26 @@ def wrong_option(option: str, error: ValidationError) -> Fault:
     detail = error.errors()[0]
     wrong = detail["msg"].replace("Input should be", "must be")
     return Fault(ExitCode.USAGE, f"{option}: {wrong}, not {detail['input']}; change the value.")
+
+
+def option_settings(kind: type[Settings], options: Mapping[str, Any], option: str = "") -> Settings:
+    """A stage's settings from the options of a command; those that are None keep their default.
+
+    Args:
+        kind: of the settings.
+        options: values by the names of the settings.
+        option: what a wrong value is blamed on; by default the option that is called as the setting is.
+
+    Raises:
+        Fault: if a value is refused (USAGE).
+    """
+    from pydantic import ValidationError  # slow to load: commands that need no settings do without
+
+    try:
+        return kind.model_validate({name: value for name, value in options.items() if value is not None})
+    except ValidationError as error:
+        setting = str(error.errors()[0]["loc"][0])
+        raise wrong_option(option or f"--{setting.replace('_', '-')}", error) from None
 
 
 def unexpected(error: Exception, log: Path | str) -> Fault:

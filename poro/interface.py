@@ -30,7 +30,7 @@ from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.comparison import prediction_of
-from pipeline.measured.measurement import Sensors, read_measurement
+from pipeline.measured.measurement import read_measurement
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.simulation import Curves, Simulation, read_simulation
@@ -42,7 +42,7 @@ from stages.section import Section
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
-    from actuator.domains.half_cylinder import HalfCylinder
+    from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
 
 PathName = str | PathLike[str]
@@ -53,7 +53,7 @@ class Field(Protocol):
     """A density field on its mesh: an optimised or a refined design."""
 
     @property
-    def domain(self) -> HalfCylinder:
+    def domain(self) -> Domain:
         """The mesh."""
 
     @property
@@ -183,7 +183,7 @@ def simulate(
         observer: is called with every :class:`poro.LoadStep`.
     """
     return stages.simulate.run(
-        stages.simulate.Design(design.domain, design.chi, design.displacement, design.pressure, design.arm),
+        design,
         case.optimize,
         case.simulate,
         refinement=case.refine,
@@ -264,7 +264,7 @@ def compare(
     if isinstance(measured, stages.compare.Recording):
         recording = measured
     else:
-        recording = read_measurement(Path(measured), {}, Sensors()).recording
+        recording = read_measurement(Path(measured)).recording
     if isinstance(predicted, stages.optimize.Result):
         prediction = prediction_of(case, float(predicted.summary["spring_elongation"]))
     elif field in predicted.curves:

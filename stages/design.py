@@ -47,8 +47,8 @@ Kept = dict[int, dict[str, NDArray[np.float32]]]
 
 
 @dataclass(frozen=True)
-class Result:
-    """An optimised design and its pressurised state.
+class Design:
+    """A design and its pressurised state.
 
     Attributes:
         domain: the meshed design domain.
@@ -56,6 +56,20 @@ class Result:
         displacement: u at the 20-node element's nodes, (n_nodes, 3), mm.
         pressure: p at the vertices, (n_vertices,), N/mm².
         arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
+    """
+
+    domain: Domain
+    chi: Floats
+    displacement: Floats
+    pressure: Floats
+    arm: Floats
+
+
+@dataclass(frozen=True)
+class Result(Design):
+    """An optimised design and how it was found.
+
+    Attributes:
         history: one record per accepted design, the first being the initial design; column name -> (n_records,).
         summary: ``C``, ``terms``, ``T1``, ``T3``, ``theta2``, ``p_min``, ``p_max``, ``evaluations``, ``seconds``
             and more.
@@ -64,11 +78,6 @@ class Result:
         reason: one sentence saying why the optimisation ended.
     """
 
-    domain: Domain
-    chi: Floats
-    displacement: Floats
-    pressure: Floats
-    arm: Floats
     history: dict[str, Floats]
     summary: dict[str, Any]
     checkpoint: dict[str, Floats]

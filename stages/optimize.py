@@ -159,11 +159,6 @@ def _recorded(record: Record, units: Units) -> Record:
     return record | {name: units.length * record[name] for name in ("T1", "T3")}
 
 
-def _arm(at: Evaluation, units: Units) -> Floats:
-    """T = [T1, T3 (mm), θ2 (rad)], (3,)."""
-    return at.state.arm * (units.length, units.length, 1.0)
-
-
 def least_memory(cells: int) -> float:
     """Memory that one evaluation of a design, or a simulation, needs on a mesh, bytes.
 
@@ -184,7 +179,7 @@ def _result(
     records = [_recorded(record, units) for record in progress.history]
     history = {key: np.array([record[key] for record in records]) for key in records[0]}
     elongation = units.length * spring_elongation(objective.equilibrium.kinematics, at.state)
-    p, arm = units.stress * at.state.p, _arm(at, units)
+    p, arm = units.stress * at.state.p, at.state.arm * (units.length, units.length, 1.0)
     summary = {
         "C": at.value,
         "terms": dict(at.terms),

@@ -19,18 +19,7 @@ if TYPE_CHECKING:
 
 
 #: Columns of a curve, in the order of a table. ``leak`` is the largest p on the outer wall over p_in.
-COLUMNS = (
-    "load_factor",
-    "pressure",
-    "T1",
-    "T3",
-    "theta2",
-    "elongation",
-    "energy_ratio",
-    "leak",
-    "loading",
-    "newton",
-)
+COLUMNS = ("load_factor", "pressure", "T1", "T3", "theta2", "elongation", "energy_ratio", "leak", "loading", "newton")
 #: What is compared between fields and reported at p_in.
 FIGURES = ("T3", "theta2", "elongation", "energy_ratio", "leak")
 #: Relative difference below which two states are one; converged to 1e-8 they agree to about that.
@@ -131,7 +120,7 @@ def summarised(responses: Mapping[str, Response], pressure: float) -> dict[str, 
 
 
 def _summary(response: Response) -> dict[str, Any]:
-    target = response.first(1.0, loading=True)
+    target, last = response.first(1.0, loading=True), response.records[-1]
     limits = _limit_points(response)
     difference = response.difference
     reached = target is not None and difference is not None and max(difference.values()) < SAME
@@ -148,14 +137,9 @@ def _summary(response: Response) -> dict[str, Any]:
         "points": len(response.records),
         "newton": int(sum(record["newton"] for record in response.records)),
         "cells": response.domain.mesh.nelements,
-        "complete": not response.ended and _is_back(response),
+        "complete": not response.ended and not last["loading"] and last["load_factor"] == 0.0,
         "ended": response.ended,
     }
-
-
-def _is_back(response: Response) -> bool:
-    last = response.records[-1]
-    return not last["loading"] and last["load_factor"] == 0.0
 
 
 def _limit_points(response: Response) -> list[dict[str, Any]]:
@@ -182,9 +166,7 @@ def _limit_points(response: Response) -> list[dict[str, Any]]:
                 "kind": "maximum" if maximum else "minimum",
                 "loading": bool(record["loading"]),
                 "before_target": here < met,
-                "T3": record["T3"],
-                "theta2": record["theta2"],
-                "elongation": record["elongation"],
+                **{name: record[name] for name in FIGURES[:3]},
                 "jump_to": landing,
             }
         )

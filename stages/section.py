@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, field_validator
@@ -63,11 +64,10 @@ class Kinds:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         """Read a section of any kind that is known by then."""
-
-        def read(strict: bool) -> CoreSchema:
-            return core_schema.no_info_plain_validator_function(lambda value: self._read(value, strict))
-
-        return core_schema.lax_or_strict_schema(read(False), read(True))
+        lax, strict = (
+            core_schema.no_info_plain_validator_function(partial(self._read, strict=strict)) for strict in (False, True)
+        )
+        return core_schema.lax_or_strict_schema(lax, strict)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The kinds that are known by now."""

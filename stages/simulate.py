@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -20,6 +19,7 @@ from actuator.failure import InvalidSettings
 from stages import optimize, refine
 from stages.curves import Result, lines, pack, shortfall
 from stages.datasets import Source, design
+from stages.design import Design
 from stages.events import LoadStep, Message, Observer, silent
 from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from actuator.solve.path import Control, Point
     from actuator.solve.pressurisation import Pressurisation
 
-__all__ = ["COLUMNS", "Design", "Result", "Settings", "lines", "needs", "pack", "run", "shortfall", "start"]
+__all__ = ["COLUMNS", "Result", "Settings", "lines", "needs", "pack", "run", "shortfall", "start"]
 
 VERSION = 2
 
@@ -66,25 +66,6 @@ class Settings(Section):
     )
     sharpness: float = Field(2.0, gt=0, le=100, description="factor on the filtered χ of the thresholded field [-]")
     mesh: MeshName = Field("optimised", description="mesh of the thresholded field: optimised or refined")
-
-
-@dataclass(frozen=True)
-class Design:
-    """An optimised design and its state.
-
-    Attributes:
-        domain: the mesh of the optimisation.
-        chi: χ at the vertices, (n_vertices,).
-        displacement: u at the nodes, (n_nodes, 3), mm.
-        pressure: p at the vertices, (n_vertices,), N/mm².
-        arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
-    """
-
-    domain: Domain
-    chi: Floats
-    displacement: Floats
-    pressure: Floats
-    arm: Floats
 
 
 def run(

@@ -131,7 +131,7 @@ def _hessian_products(
     second = _reference_second_derivatives(element, points)  # (n_shape, 3, 3, n_q)
     second8 = _reference_second_derivatives(ElementHex1(), points)
     corner = mesh.p[:, mesh.t]  # (3, 8, n)
-    inverse = _inverse_map(mesh, points)  # (a, i, n, n_q): ∂ξ_a/∂X_i
+    inverse = np.asarray(mesh.mapping().invDF(points))  # (a, i, n, n_q): ∂ξ_a/∂X_i
     curvature = np.einsum("kcn,cabq->kabnq", corner, second8)
     product = np.zeros((mesh.nelements, len(second), len(second)))
     for q in range(points.shape[1]):
@@ -140,11 +140,6 @@ def _hessian_products(
         flat = physical.reshape(mesh.nelements, len(second), 9)
         product += volume[:, q, None, None] * (flat @ flat.transpose(0, 2, 1))
     return product
-
-
-def _inverse_map(mesh: MeshHex, points: Floats) -> Floats:
-    # A basis with the rule's points is evaluated on every cell, as the map itself is.
-    return np.asarray(mesh.mapping().invDF(points))
 
 
 def _reference_second_derivatives(element: ElementHex1 | ElementHexS2, points: Floats) -> Floats:

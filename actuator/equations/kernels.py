@@ -63,6 +63,19 @@ def vertex_gradient(field, vertices, gradient, out):
             out[i] += field[vertices[a]] * gradient[a, i]
 
 
+@njit(cache=True, inline="always")
+def penalty_forces(c, hessian, nodes, u, out):
+    """Write what c_r adds to the forces of a cell, (20, 3), N."""
+    out[:] = 0.0
+    if c.hessian_penalty != 0.0:
+        for a in range(20):
+            for i in range(3):
+                value = 0.0 * u[0, 0]
+                for d in range(20):
+                    value += hessian[a, d] * u[nodes[d], i]
+                out[a, i] = c.hessian_penalty * value
+
+
 @njit(cache=True)
 def cell_permeability(geometry, c, chi, e, slope):
     """k of a cell, mm⁴/(N s): the fitted one's geometric mean. Writes its logarithm's derivatives to χ, (8,).
@@ -110,17 +123,9 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
         F, Finv = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         b, P = np.empty((3, 3), u.dtype), np.empty((3, 3), u.dtype)
         g, w, flux = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(3, u.dtype)
-        H = geometry.hessian[s]
         k = cell_permeability(geometry, c, chi, e, np.empty(8, chi.dtype))
         if stressed:
-            Ru[e] = 0.0
-            if c.hessian_penalty != 0.0:
-                for a in range(20):
-                    for i in range(3):
-                        value = 0.0 * u[0, 0]
-                        for d in range(20):
-                            value += H[a, d] * u[nodes[d], i]
-                        Ru[e, a, i] = c.hessian_penalty * value
+            penalty_forces(c, geometry.hessian[s], nodes, u, Ru[e])
         for a in range(8):
             Rp[e, a] = 0.0
         lowest[e] = np.inf

@@ -22,7 +22,7 @@ class Tangent:
 
     Attributes:
         mechanics: gather of the upper triangle of K_xx; ``xx`` its matrix, (n_x, n_x).
-        darcy: gather of the upper triangle of K_pp; ``pp_upper`` its matrix; ``pp`` the full one, (n_p, n_p).
+        darcy: gather of the upper triangle of K_pp; ``pp`` its matrix, (n_p, n_p).
         xp, px: coupling blocks, (n_x, n_p) and (n_p, n_x).
     """
 

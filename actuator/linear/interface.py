@@ -1,4 +1,4 @@
-"""What every sparse direct solver of this program offers: analyse, factorise, solve, release."""
+"""What every sparse direct solver of this program offers: factorise, solve, release."""
 
 from __future__ import annotations
 
@@ -126,28 +126,15 @@ class DirectSolver(ABC):
         self._analysed = False
         self._factorised = False
         self._product = Product(self.indptr, self.indices, symmetric)
+        self._open()
 
     # ------------------------------------------------------------------ phases
 
-    def analyse(self, data: ArrayLike) -> None:
-        """Order the unknowns and lay out the factors; :meth:`factorise` does it by itself the first time.
-
-        The values count where rows are matched and scaled (unsymmetric matrices): they should be typical.
-
-        Raises:
-            SolveFailure: if the package reports an error.
-        """
-        self._prepare(self._values(data))
-
-    def _prepare(self, values: Floats) -> None:
-        self._factorised = False
-        with self.statistics.timed("analysis"):
-            self._analyse(values)
-        self._analysed = True
-        self.statistics.analyses += 1
-
     def factorise(self, data: ArrayLike) -> None:
         """Factorise the matrix with these values, (nnz,) in the order of ``indices``.
+
+        The first time the unknowns are ordered. There the values count where rows are matched and scaled (unsymmetric
+        matrices): they should be typical.
 
         Raises:
             OutOfMemory: if the factors do not fit.
@@ -155,9 +142,12 @@ class DirectSolver(ABC):
                 promised. A singular matrix that slips through is found by the check of the next solve.
         """
         values = self._values(data)
-        if not self._analysed:
-            self._prepare(values)
         self._factorised = False
+        if not self._analysed:
+            with self.statistics.timed("analysis"):
+                self._analyse(values)
+            self._analysed = True
+            self.statistics.analyses += 1
         self._product.data = values
         with self.statistics.timed("factorisation"):
             self._factorise(values)
@@ -200,6 +190,9 @@ class DirectSolver(ABC):
         self._release()
 
     # ---------------------------------------------------------------- package
+
+    def _open(self) -> None:  # noqa: B027
+        """Begin with the package, once the pattern is known; most need nothing for that."""
 
     @abstractmethod
     def _analyse(self, data: Floats) -> None: ...

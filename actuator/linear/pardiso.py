@@ -11,12 +11,12 @@ from ctypes import byref, c_int32, c_void_p
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from actuator.arrays import Floats
 from actuator.failure import OutOfMemory, SolveFailure
 from actuator.linear import mkl
-from actuator.linear.interface import DirectSolver, Precision
+from actuator.linear.interface import DirectSolver
 
 _ERRORS = {
     -1: "the input is inconsistent, which is a fault of this program",
@@ -54,27 +54,12 @@ class PardisoSolver(DirectSolver):
         """Whether MKL is there."""
         return mkl.load() is not None
 
-    def __init__(
-        self,
-        indptr: ArrayLike,
-        indices: ArrayLike,
-        *,
-        symmetric: bool,
-        positive_definite: bool = False,
-        precision: Precision = "double",
-        threads: int = 2,
-    ) -> None:
-        super().__init__(
-            indptr,
-            indices,
-            symmetric=symmetric,
-            positive_definite=positive_definite,
-            precision=precision,
-            threads=threads,
-        )
-        kind = _UNSYMMETRIC if not symmetric else _CHOLESKY if positive_definite else _SYMMETRIC
-        self._session = _Session(kind, self.indptr, self.indices, single=precision == "single", threads=threads)
-        self._data: NDArray[Any] | None = None
+    _data: NDArray[Any] | None = None
+
+    def _open(self) -> None:
+        kind = _UNSYMMETRIC if not self.symmetric else _CHOLESKY if self.positive_definite else _SYMMETRIC
+        single = self.precision == "single"
+        self._session = _Session(kind, self.indptr, self.indices, single=single, threads=self.threads)
         # Runs when this object goes, and at the latest before the interpreter ends.
         weakref.finalize(self, self._session.close)
 

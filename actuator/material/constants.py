@@ -38,22 +38,9 @@ class Constants(NamedTuple):
 
 
 def constants_of(material: Material, load: Load, objective: Objective) -> Constants:
-    """Collect the constants in the tuple of the material's law."""
-    model = Constants(
-        bulk=material.bulk,
-        shear=material.shear,
-        ramp_penalty=material.ramp_penalty,
-        stiffness_contrast=material.stiffness_contrast,
-        void_permeability=material.void_permeability,
-        solid_permeability=material.solid_permeability,
-        drainage=material.drainage,
-        hessian_penalty=material.hessian_penalty,
-        pressure=load.pressure,
-        strain_energy_weight=objective.strain_energy_weight,
-        energy_limit=objective.energy_limit,
-        energy_shift=objective.energy_shift,
-    )
-    return _filled(model, material.law)
+    """Collect the constants, which have the names of the parameters, in the tuple of the material's law."""
+    parameters = vars(material) | vars(load) | vars(objective)
+    return _filled(Constants(**{name: parameters[name] for name in Constants._fields}), material.law)
 
 
 def constants_of_law(law: Law) -> Constants:

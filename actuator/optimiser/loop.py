@@ -154,7 +154,7 @@ class Optimiser:
         dt, damping, reach = (float(v) for v in arrays["scalars"])
         curvature = self._inner.blank()
         curvature.restore(np.array(arrays["curvature"]))
-        columns = _part(arrays, "history.")
+        columns = {key.removeprefix("history."): value for key, value in arrays.items() if key.startswith("history.")}
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
         last, work = history[-1], self.objective.equilibrium.work
@@ -303,10 +303,6 @@ class _Clock:
         now = perf_counter()
         self.parts[part] += now - self._last
         self._last = now
-
-
-def _part(arrays: dict[str, Floats], prefix: str) -> dict[str, Floats]:
-    return {key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)}
 
 
 def _earlier(step: InnerStep, refused: ModelPoint) -> ModelPoint | None:

@@ -140,29 +140,21 @@ class Linearisation:
         return self._owned.darcy.solve(rp, check=None)
 
     def solve(
-        self, rx: Floats, rp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
+        self,
+        bx: Floats,
+        bp: Floats,
+        tolerance: float,
+        guess: tuple[Floats, Floats] | None = None,
+        *,
+        transposed: bool = False,
     ) -> tuple[Floats, Floats]:
-        """Solve tangent · (dx, dp) = (rx, rp) to a relative residual.
+        """Solve tangent · (dx, dp) = (bx, bp), or tangentᵀ · (Λx, Λp) = (bx, bp), to a relative residual.
+
+        By GMRES with the factors at hand, and once more with those of this tangent if that takes long.
 
         Raises:
             actuator.failure.SolveFailure: if it is not reached.
         """
-        return self._krylov(rx, rp, tolerance, transposed=False, guess=guess)
-
-    def solve_transposed(
-        self, gx: Floats, gp: Floats, tolerance: float, guess: tuple[Floats, Floats] | None = None
-    ) -> tuple[Floats, Floats]:
-        """Solve tangentᵀ · (Λx, Λp) = (gx, gp) to a relative residual.
-
-        Raises:
-            actuator.failure.SolveFailure: if it is not reached.
-        """
-        return self._krylov(gx, gp, tolerance, transposed=True, guess=guess)
-
-    def _krylov(
-        self, bx: Floats, bp: Floats, tolerance: float, *, transposed: bool, guess: tuple[Floats, Floats] | None
-    ) -> tuple[Floats, Floats]:
-        """GMRES with the factors at hand, and once more with those of this tangent if that takes long."""
         workspace = self._owned
         force, flow = self._scales
         if transposed:

@@ -124,7 +124,7 @@ class ReducedObjective:
             return Gradient(at.design.gradient, (np.zeros_like(state.x), np.zeros_like(state.p)))
         zero = np.zeros_like(state.x), np.zeros_like(state.p)
         _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)
-        lx, lp = equilibrium.linearise(state).solve_transposed(-gx, -gp, self.adjoint_tolerance, guess)
+        lx, lp = equilibrium.linearise(state).solve(-gx, -gp, self.adjoint_tolerance, guess, transposed=True)
         equilibrium.work.adjoints += 1
         g_chi, _, _ = self.derivatives(state.chi, state.x, state.p, lx, lp, state.nodal)
         return Gradient(g_chi + at.design.gradient, (lx, lp))

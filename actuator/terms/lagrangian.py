@@ -9,7 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from actuator.equations.kernels import cell_permeability, deformation_gradient, interpolate, vertex_gradient
+from actuator.equations.kernels import (
+    cell_permeability,
+    deformation_gradient,
+    interpolate,
+    penalty_forces,
+    vertex_gradient,
+)
 from actuator.material.elasticity import contraction
 from actuator.material.ersatz import FAST, drainage, inverse, left_cauchy_green, push, stiffness
 from actuator.terms.strain_energy import add_strain_energy
@@ -38,15 +44,9 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
         v, flux, slope = np.empty(3, u.dtype), np.empty(3, u.dtype), np.empty(8, chi.dtype)
         k = cell_permeability(geometry, c, chi, e, slope)
         seepage = 0.0 * u[0, 0]  # ∫ k J w · v
-        hessian = geometry.hessian[s]
         g_u[e] = 0.0
-        if stressed and c.hessian_penalty != 0.0:
-            for a in range(20):
-                for i in range(3):
-                    value = 0.0 * u[0, 0]
-                    for d in range(20):
-                        value += hessian[a, d] * lu[nodes[d], i]
-                    g_u[e, a, i] = c.hessian_penalty * value
+        if stressed:
+            penalty_forces(c, geometry.hessian[s], nodes, lu, g_u[e])
         for a in range(8):
             g_chi[e, a] = 0.0
             g_p[e, a] = 0.0

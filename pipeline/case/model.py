@@ -7,7 +7,7 @@ import os
 import re
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, create_model
 
@@ -68,8 +68,8 @@ def case_type() -> type[Case]:
 @cache
 def _case_type(of_stages: tuple[tuple[str, type[Section]], ...]) -> type[Case]:
     fields: dict[str, Any] = {name: (section, section()) for name, section in of_stages}
-    made = create_model("Case", __base__=Case, **fields, compute=(ComputeSettings, ComputeSettings()))
-    return cast("type[Case]", made)
+    made: type[Case] = create_model("Case", __base__=Case, **fields, compute=(ComputeSettings, ComputeSettings()))
+    return made
 
 
 def available_cores() -> int:

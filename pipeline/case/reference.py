@@ -16,7 +16,8 @@ from typing import Any
 
 from pipeline.case.model import case_schema
 from pipeline.case.writer import value_text
-from pipeline.store.atomic import replacing
+from pipeline.store.atomic import write_bytes
+from pipeline.store.tables import as_markdown, markdown_cell
 
 #: How the committed page is renewed.
 RENEWAL = "python -m pipeline.case.reference docs/reference/case-file.md"
@@ -55,12 +56,12 @@ def reference(schema: Schema) -> str:
     """
     alone = {name: key for name, key in schema["properties"].items() if not _kinds(key, schema)}
     sections = {name: key for name, key in schema["properties"].items() if name not in alone}
-    contents = ["| section | what it holds |", "|---|---|"]
+    contents = []
     for name, section in sections.items():
         meaning = section.get("description") or next(iter(_kinds(section, schema).values())).get("description", "")
-        contents.append(f"| [`{name}`](#{name}) | {_cell(meaning)} |")
-    parts = ["\n".join(contents), "Beside the sections stands one key:" if len(alone) == 1 else "Beside the sections:"]
-    parts.append(_table(alone, schema))
+        contents.append((f"[`{name}`](#{name})", meaning))
+    beside = "Beside the sections stands one key:" if len(alone) == 1 else "Beside the sections:"
+    parts = [as_markdown(("section", "what it holds"), contents), beside, _table(alone, schema)]
     for name, section in sections.items():
         parts += _section(name, section, schema)
     return "\n\n".join([_HEAD.strip(), *parts]) + "\n"
@@ -75,7 +76,7 @@ def _section(name: str, section: Schema, schema: Schema, depth: int = 2) -> Iter
     for kind, model in kinds.items():
         if len(kinds) > 1:
             yield f"{'#' * (depth + 1)} {name}: {kind}"
-        yield _cell(model.get("description", ""))
+        yield markdown_cell(model.get("description", ""))
         yield _table(model["properties"], schema, model.get("required", ()))
         for key, inside in model["properties"].items():
             if _kinds(inside, schema):
@@ -83,7 +84,7 @@ def _section(name: str, section: Schema, schema: Schema, depth: int = 2) -> Iter
 
 
 def _table(keys: Schema, schema: Schema, required: Any = ()) -> str:
-    rows = ["| key | type | unit | default | bounds | meaning |", "|---|---|---|---|---|---|"]
+    rows = []
     for name, key in keys.items():
         unit = _UNIT.search(key.get("description", ""))
         default = "required" if name in required else f"`{value_text(_brief(key['default']))}`"
@@ -97,8 +98,8 @@ def _table(keys: Schema, schema: Schema, required: Any = ()) -> str:
             "; ".join(dict.fromkeys(_bounds(key))),
             _UNIT.sub("", key.get("description", "")),
         )
-        rows.append(f"| {' | '.join(map(_cell, cells))} |")
-    return "\n".join(rows)
+        rows.append(cells)
+    return as_markdown(("key", "type", "unit", "default", "bounds", "meaning"), rows)
 
 
 def _brief(default: Any) -> Any:
@@ -141,16 +142,9 @@ def _kinds(key: Schema, schema: Schema) -> dict[str, Schema]:
     return {name: model for choice in key.get("anyOf", ()) for name, model in _kinds(choice, schema).items()}
 
 
-def _cell(text: str) -> str:
-    """Text on one line, with no bar that would end a cell."""
-    return " ".join(text.split()).replace("|", "\\|")
-
-
 def main(path: Path) -> None:
     """Write the reference of the program."""
-    text = reference(json.loads(case_schema()))
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_bytes(path, reference(json.loads(case_schema())).encode())
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def compare(
     from pipeline.measured.column_names import Quantity
     from pipeline.measured.comparison import compared
     from pipeline.measured.comparison_text import as_text
-    from pipeline.measured.measurement import Sensors, read_measurement
+    from pipeline.measured.measurement import read_measurement
     from pipeline.runs import perform as commands
 
     job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus})
@@ -66,7 +66,8 @@ def compare(
         Quantity.DISPLACEMENT: displacement_column,
         Quantity.TIME: time_column,
     }
-    measurement = read_measurement(measured, columns, Sensors(pressure_sensitivity, displacement_sensitivity))
+    sensitivities = {Quantity.PRESSURE: pressure_sensitivity, Quantity.DISPLACEMENT: displacement_sensitivity}
+    measurement = read_measurement(measured, columns, sensitivities)
     options = {"target": target, "zero": zero, "sensor": sensor, "lag": lag, "smoothing": smoothing}
     found = compared(job, measurement, field, options)
     commands.make_folder(job.files.folder)

@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperCommand
 
 from pipeline.cli import completion
+from pipeline.cli.options import Json
 
 
 class FitCommand(TyperCommand):
@@ -46,7 +47,7 @@ def fit(
         float, typer.Option("--strain-limit", help="Strain up to which a law must be stable, beyond the data's too.")
     ] = 0.14,
     plot: Annotated[bool, typer.Option(help="Draw data and laws as PNG beside the CSV.")] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Fit material laws to a uniaxial tension test and print the section for a case file."""
     from pipeline.measured.fitting import fit_file

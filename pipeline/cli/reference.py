@@ -15,7 +15,8 @@ from typing import Any
 import typer
 import typer.main
 
-from pipeline.store.atomic import replacing
+from pipeline.store.atomic import write_bytes
+from pipeline.store.tables import as_markdown
 
 #: How the committed page is renewed.
 RENEWAL = "python -m pipeline.cli.reference docs/reference/commands.md"
@@ -37,11 +38,10 @@ def reference(app: typer.Typer, name: str) -> str:
     """All commands of an application that are not hidden, groups included: usage, arguments, options."""
     context = typer.Context(typer.main.get_command(app), info_name=name)
     listed = list(_commands(context))
-    links = [f"| [`{found.command_path}`](#{_anchor(found)}) | {_summary(found)} |" for found in listed]
-    contents = "\n".join(["| command | what it does |", "|---|---|", *links])
-    head = [_HEAD, contents]
+    links = [(f"[`{found.command_path}`](#{_anchor(found)})", _summary(found)) for found in listed]
+    contents = as_markdown(("command", "what it does"), links)
     general = [f"## {name}", _table("option", _records(context, "option"))]
-    return "\n\n".join([*(part.strip() for part in head + general), *map(_section, listed)]) + "\n"
+    return "\n\n".join([_HEAD.strip(), contents, *general, *map(_section, listed)]) + "\n"
 
 
 def _commands(context: typer.Context) -> Iterator[typer.Context]:
@@ -81,17 +81,15 @@ def _records(context: typer.Context, kind: str) -> list[tuple[str, str]]:
 
 def _table(kind: str, records: list[tuple[str, str]]) -> str:
     """Rows of name, meaning and what stands in brackets behind it: the default, or that it is required."""
-    rows = [f"| {kind} | meaning | default |", "|---|---|---|"]
+    rows = []
     for names, meaning in records:
         text, _, extra = meaning.rpartition("  [") if meaning.endswith("]") else (meaning, "", "")
-        rows.append(
-            f"| `{_cell(names)}` | {_cell(text.strip())} | {_cell(extra.removesuffix(']').removeprefix('default: '))} |"
-        )
-    return "\n".join(rows)
+        rows.append((f"`{names}`", text, extra.removesuffix("]").removeprefix("default: ")))
+    return as_markdown((kind, "meaning", "default"), rows)
 
 
 def _summary(context: typer.Context) -> str:
-    return _cell((context.command.help or "").partition("\n\n")[0])
+    return (context.command.help or "").partition("\n\n")[0]
 
 
 def _anchor(context: typer.Context) -> str:
@@ -99,18 +97,11 @@ def _anchor(context: typer.Context) -> str:
     return context.command_path.lower().replace(" ", "-")
 
 
-def _cell(text: str) -> str:
-    """Text on one line, with no bar that would end a cell."""
-    return " ".join(text.split()).replace("|", "\\|")
-
-
 def main(path: Path) -> None:
     """Write the reference of the program."""
     from pipeline.cli.app import program
 
-    text = reference(program(), "poro")
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_bytes(path, reference(program(), "poro").encode())
 
 
 if __name__ == "__main__":

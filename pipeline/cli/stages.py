@@ -79,7 +79,7 @@ def run_command() -> Command:
         typer.echo(commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
         commands.refuse_incomplete(steps)
 
-    names = Literal[*STAGES]  # type: ignore[valid-type]
+    names: Any = Literal[*STAGES]
     dry_run = typer.Option("--dry-run", help="Only say what would run.")
     explain = typer.Option("--explain", help="Say for every stage why it runs or not.")
     return _with_parameters(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -68,7 +69,7 @@ def named(column: Column) -> str:
     return f"column '{shown(column.title)}'"
 
 
-def columns_of(where: str, header: list[str], wanted: dict[Quantity, str | None]) -> dict[Quantity, Column]:
+def columns_of(where: str, header: list[str], wanted: Mapping[Quantity, str | None]) -> dict[Quantity, Column]:
     """The columns of pressure and displacement, and that of time if there is one.
 
     Args:

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from actuator.arrays import Floats
 from actuator.failure import Failure
 from pipeline.case.model import Case
-from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.measured.measurement import Measurement
 from pipeline.results.json_output import result_json
 from pipeline.results.simulation import read_simulation
 from pipeline.runs.job import Job
 from pipeline.store import artifact, contents
 from pipeline.store.atomic import write_bytes
+from pipeline.store.tables import as_csv
 from stages import compare
 from stages.rig import scaled
 
@@ -144,8 +144,7 @@ class Comparison:
             "deviation_mm": loading - result.predicted,
         }
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        lines = [",".join("" if value != value else f"{value:.6g}" for value in row) for row in rows]
-        return "\n".join([",".join(columns), *lines, ""])
+        return as_csv(columns, (["" if value != value else f"{value:.6g}" for value in row] for row in rows))
 
 
 def compared(job: Job, measurement: Measurement, field: str | None, options: dict[str, Any]) -> Comparison:
@@ -161,12 +160,7 @@ def compared(job: Job, measurement: Measurement, field: str | None, options: dic
         Fault: if an option is out of range or the print's modulus is not known (USAGE), or prediction or recording
             cannot be used (ARTIFACT).
     """
-    try:
-        settings = compare.Settings.model_validate(
-            {name: value for name, value in options.items() if value is not None}
-        )
-    except ValidationError as error:
-        raise wrong_option(f"--{error.errors()[0]['loc'][0]}", error) from None
+    settings = option_settings(compare.Settings, options)
     prediction, source = _predicted(job, field)
     try:
         result = compare.run(measurement.recording, prediction, settings)

@@ -6,10 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from pipeline.case.messages import number_text
-from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.json_output import result_json
 from stages import fit
@@ -91,10 +89,7 @@ def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: boo
         Fault: if the file cannot be used (ARTIFACT), or an option cannot or no law can be fitted (USAGE).
         OSError: if the folder or the disk does not take the figure.
     """
-    try:
-        settings = fit.Settings.model_validate(options)
-    except ValidationError as error:
-        raise wrong_option(f"--{str(error.errors()[0]['loc'][0]).replace('_', '-')}", error) from None
+    settings = option_settings(fit.Settings, options)
     test = read_uniaxial_test(path, unit)
     try:
         result = fit.run(test.stretch, test.stress, settings)

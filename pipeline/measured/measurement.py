@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from array import array
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,21 +19,9 @@ from pipeline.measured.column_names import Column, Quantity, columns_of, named
 from pipeline.store.tables import Table, open_table
 from stages.compare import Recording
 
-
-@dataclass(frozen=True)
-class Sensors:
-    """How voltages become physical: those of the paper's sensors (Honeywell 142PC15D, Micro-Epsilon ILD 1402-50).
-
-    Attributes:
-        pressure: kPa/V; the paper's calibration with a water column; None takes it, and allows physical units.
-        displacement: mm/V, likewise.
-    """
-
-    pressure: float | None = None
-    displacement: float | None = None
-
-
-PAPER = Sensors(19.17, 12.5)
+#: How voltages become physical, kPa/V and mm/V: the paper's calibration with a water column of its Honeywell 142PC15D,
+#: and its Micro-Epsilon ILD 1402-50.
+SENSITIVITIES = {Quantity.PRESSURE: 19.17, Quantity.DISPLACEMENT: 12.5}
 
 
 @dataclass(frozen=True)
@@ -52,21 +41,27 @@ class Measurement:
     recording: Recording
 
 
-def read_measurement(path: Path, wanted: dict[Quantity, str | None], sensors: Sensors) -> Measurement:
+def read_measurement(
+    path: Path,
+    wanted: Mapping[Quantity, str | None] | None = None,
+    given: Mapping[Quantity, float | None] | None = None,
+) -> Measurement:
     """Read a recorded test.
 
     Args:
         path: CSV with a header; cells apart by comma, semicolon or tab, the latter two also with decimal commas.
         wanted: names of columns by quantity, as the header has them; None to find them.
-        sensors: for columns in V.
+        given: sensitivities of columns in V; None takes those of :data:`SENSITIVITIES`, and allows physical units.
 
     Raises:
         Fault: if the file is missing or not understood (ARTIFACT), or an option does not fit it (USAGE).
     """
     with open_table(path, "the recorded test") as table:
-        columns = columns_of(table.where, table.header, wanted)
+        columns = columns_of(table.where, table.header, wanted or {})
         comments = tuple(table.comments)
-        factors = {quantity: _factor(column, quantity, sensors) for quantity, column in columns.items()}
+        factors = {
+            quantity: _factor(column, quantity, (given or {}).get(quantity)) for quantity, column in columns.items()
+        }
         values = _numbers(table, columns)
     scaled = {quantity: np.frombuffer(found) * factors[quantity] for quantity, found in values.items() if found}
     if not scaled:
@@ -98,27 +93,18 @@ def _numbers(table: Table, columns: dict[Quantity, Column]) -> dict[Quantity, ar
     return found
 
 
-def _factor(column: Column, quantity: Quantity, sensors: Sensors) -> float:
+def _factor(column: Column, quantity: Quantity, sensitivity: float | None) -> float:
     """What a number of a column is in kPa, mm or s.
 
     Raises:
         Fault: if a sensitivity is given for a column that is no voltage (USAGE).
     """
-    if quantity is Quantity.TIME:
-        return column.factor
-    given, own = (
-        (sensors.pressure, PAPER.pressure)
-        if quantity is Quantity.PRESSURE
-        else (sensors.displacement, PAPER.displacement)
-    )
-    if not column.voltage:
-        if given is not None:
-            raise Fault(
-                ExitCode.USAGE,
-                f"--{quantity}-sensitivity goes with a voltage, and {named(column)} is none; remove the option or name "
-                f"the voltage's column with --{quantity}-column.",
-            )
-        return column.factor
-    sensitivity = own if given is None else given
-    assert sensitivity is not None
-    return column.factor * sensitivity
+    if column.voltage:
+        return column.factor * (SENSITIVITIES[quantity] if sensitivity is None else sensitivity)
+    if sensitivity is not None:
+        raise Fault(
+            ExitCode.USAGE,
+            f"--{quantity}-sensitivity goes with a voltage, and {named(column)} is none; remove the option or name "
+            f"the voltage's column with --{quantity}-column.",
+        )
+    return column.factor

@@ -6,10 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from actuator.failure import Failure
-from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
 from pipeline.store.solid_file import read_solid
@@ -87,17 +85,10 @@ def examine(part: Path, options: dict[str, Any]) -> CheckReport:
         Fault: if an option is out of range or the ending unknown (USAGE), or the file is missing or unreadable
             (ARTIFACT).
     """
-    settings = _settings({name: value for name, value in options.items() if value is not None})
+    settings = option_settings(check.Settings, options)
     solid = read_solid(part)
     try:
         result = check.run(solid.vertices, solid.triangles, settings)
     except Failure as failure:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
     return CheckReport(part, solid.sha256, settings, result)
-
-
-def _settings(given: dict[str, Any]) -> check.Settings:
-    try:
-        return check.Settings.model_validate(given)
-    except ValidationError as error:
-        raise wrong_option(f"--{error.errors()[0]['loc'][0]}", error) from None

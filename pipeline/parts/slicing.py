@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from actuator.arrays import Floats
 from actuator.failure import Failure, GridTooLarge, NotManifold
-from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
 from pipeline.store.solid_file import read_solid
+from pipeline.store.tables import as_csv
 from stages import slices
 from stages.events import Message
 
@@ -50,8 +50,8 @@ class Sliced:
         result = self.result
         table, plot = (self.part.with_name(f"{self.part.stem}.areas.{ending}") for ending in ("csv", format))
         columns = zip(result.heights.tolist(), result.areas.tolist(), result.outlines.tolist(), strict=True)
-        rows = [f"{row},{height:.6g},{area:.9g},{count}" for row, (height, area, count) in enumerate(columns, 1)]
-        write_bytes(table, "\n".join(["layer,height_mm,area_mm2,outlines", *rows, ""]).encode())
+        rows = ((row, f"{height:.6g}", f"{area:.9g}", count) for row, (height, area, count) in enumerate(columns, 1))
+        write_bytes(table, as_csv(("layer", "height_mm", "area_mm2", "outlines"), rows).encode())
         save(layers(result), plot)
         largest = int(result.areas.argmax())
         return {
@@ -136,10 +136,7 @@ def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], No
         Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
             (ARTIFACT), or its triangles bound no solid (BAD_SOLID).
     """
-    try:
-        settings = slices.Settings.model_validate({"thickness": thickness, "direction": direction})
-    except ValidationError as error:
-        raise wrong_option("--layer", error) from None
+    settings = option_settings(slices.Settings, {"thickness": thickness, "direction": direction}, "--layer")
     solid = read_solid(part)
     try:
         result = slices.run(

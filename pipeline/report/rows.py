@@ -104,7 +104,7 @@ def performance(design: OptimisedDesign, reference: Reference | None) -> list[Pe
 
 
 def constraints(summary: Summary) -> list[Constraint]:
-    """How well the penalised constraints are met; artifacts of older versions lack some."""
+    """How well the penalised constraints are met; the check by second-order elements may be missing."""
     shown = (
         ("largest p / p_in on the outer wall", "wall_leak", 0.0, 1e-2),
         ("the same with second-order pressure", "wall_leak_second_order", 0.0, 1e-2),
@@ -114,9 +114,9 @@ def constraints(summary: Summary) -> list[Constraint]:
     )
     found = []
     for name, key, limit, slack in shown:
-        value = summary.get(key)
-        if value is None:
+        if key not in summary:
             continue
+        value = summary[key]
         met = value <= limit + slack
         if limit:
             verdict = "met" if met else f"{100.0 * (value / limit - 1.0):.1f} % over"
@@ -145,7 +145,7 @@ def opening(design: OptimisedDesign, reference: Reference | None) -> str:
         f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",
     ]
-    if not summary.get("converged", True):
+    if not summary["converged"]:
         sentences.append(
             f"The design is not converged: stationarity {summary['stationarity']:.2g}, to be "
             f"{case.optimizer.stationarity:g}."
@@ -154,8 +154,7 @@ def opening(design: OptimisedDesign, reference: Reference | None) -> str:
 
 
 def work(summary: Summary) -> list[Entry]:
-    """What the optimisation cost; artifacts of older versions do not say all of it."""
-    counts = {"design updates": summary["updates"], "evaluations": summary["evaluations"]}
+    """What the optimisation cost."""
     names = {
         "factorisations": "factorisations",
         "newton": "Newton steps",
@@ -163,13 +162,13 @@ def work(summary: Summary) -> list[Entry]:
         "products": "Hessian products",
         "inner": "steps of the inner problem",
     }
-    counts |= {text: summary["work"][key] for key, text in names.items() if key in summary.get("work", {})}
-    entries = [Entry(name, f"{count:,}") for name, count in counts.items()]
-    if "seconds" in summary:
-        entries.append(Entry("time, all parts", duration(summary["seconds"])))
-    for part, seconds in summary.get("seconds_per_part", {}).items():
-        entries.append(Entry(f"time, {part}", duration(seconds)))
-    return entries
+    counts = {"design updates": summary["updates"], "evaluations": summary["evaluations"]}
+    counts |= {text: summary["work"][key] for key, text in names.items()}
+    times = {"all parts": summary["seconds"]} | summary["seconds_per_part"]
+    return [
+        *(Entry(name, f"{count:,}") for name, count in counts.items()),
+        *(Entry(f"time, {part}", duration(seconds)) for part, seconds in times.items()),
+    ]
 
 
 def part(summary: Summary, shape: Summary) -> list[Entry]:
@@ -185,10 +184,10 @@ def part(summary: Summary, shape: Summary) -> list[Entry]:
         Entry("file", summary["file"]),
         Entry("size", f"{sizes} mm"),
         Entry("volume", f"{summary['volume']:.1f} mm³"),
-        Entry("floating islands removed", str(len(summary.get("islands", [])))),
-        Entry("triangles left out", f"{summary.get('decimated', 0)}, {summary.get('moved', 0.0):.2g} mm off at most"),
+        Entry("floating islands removed", str(len(summary["islands"]))),
+        Entry("triangles left out", f"{summary['decimated']}, {summary['moved']:.2g} mm off at most"),
     ]
-    if "hausdorff_mm" in shape:
+    if shape:
         distance = f"{shape['hausdorff_mm']:.2g} mm at most, {shape['rms_distance_mm']:.2g} mm root mean square"
         entries.append(Entry("distance of the surface to the filtered field's zero set", distance))
     return entries

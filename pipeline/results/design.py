@@ -127,9 +127,8 @@ def read_design(path: Path) -> OptimisedDesign:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
     domain, chi = contents.design(path, "optimize")
-    pressure, displacement, arm = artifact.read(path, "optimize", "vertices/pressure", "nodes/displacement", "arm")
-    contents.refuse_not_finite(path, "vertices/pressure", pressure)
-    contents.refuse_not_finite(path, "nodes/displacement", displacement)
+    stored = contents.Stored(path, "optimize")
+    pressure, displacement, arm = stored.read("vertices/pressure", "nodes/displacement", "arm")
     header, summary = artifact.read_header(path), contents.summary(path, "optimize")
     return OptimisedDesign(
         domain=domain,

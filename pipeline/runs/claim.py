@@ -37,9 +37,9 @@ def claimed(files: Files) -> Iterator[None]:
             "ended, or choose another --output.",
         ) from None
     try:
-        for left in atomic.temporaries(files.folder):
-            if files.owns(left.target):
-                left.path.unlink(missing_ok=True)
+        for left, target in atomic.temporaries(files.folder):
+            if files.owns(target):
+                left.unlink(missing_ok=True)
         # Only for the sentence above: a full disk must not stop what may need no room.
         with contextlib.suppress(OSError):
             files.holder.write_text(f"process {os.getpid()} on {platform.node()}", encoding="utf-8")

@@ -135,6 +135,19 @@ def default_folder() -> Path:
     return Path("outputs") if Path("outputs").is_dir() else Path()
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, if it is not there.
+
+    Raises:
+        Fault: if it cannot be made (USAGE).
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        sentence = f"{folder}: cannot be made a folder for the results ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None
+
+
 def _refuse_dead_end(argument: Path, stage: str) -> None:
     """Refuse an artifact with which no stage can go on."""
     if stage not in STAGES or (stage != GOAL and not followers(stage)):

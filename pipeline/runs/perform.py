@@ -10,7 +10,7 @@ from pipeline.results.json_output import result_json
 from pipeline.runs import beside, memory
 from pipeline.runs.claim import claimed
 from pipeline.runs.execution import Execution
-from pipeline.runs.job import Job, open_job
+from pipeline.runs.job import Job, make_folder, open_job
 from pipeline.runs.plan import Step, plan, status
 from pipeline.runs.progress import reporting
 from pipeline.store import artifact, contents
@@ -80,19 +80,6 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     if as_json:
         return result_json("plot", {"name": job.case.name, "problems": problems}, files)
     return "\n".join([*map(str, files), *problems])
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder for results, if it is not there.
-
-    Raises:
-        Fault: if it cannot be made (USAGE).
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        sentence = f"{folder}: cannot be made a folder for the results ({error.strerror}); choose another --output."
-        raise Fault(ExitCode.USAGE, sentence) from None
 
 
 def _refuse_changed(steps: list[Step]) -> None:

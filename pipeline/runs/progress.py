@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
@@ -26,25 +25,29 @@ def row(record: Mapping[str, float]) -> str:
     return f"{update:6.0f}{c:12.6f}{c0:12.6f}" + "".join(f"{term:10.2e}" for term in terms) + f"{seconds:10.1f}"
 
 
-LOAD_HEADING = f"{'load':>8}{'T3/mm':>11}{'theta2':>9}{'spring':>9}{'energy':>9}{'leak':>10}{'Newton':>7}"
+#: Columns of a pressure-displacement curve that are shown where a record has them: heading, factor, format.
+LOAD_COLUMNS = {
+    "load_factor": (f"{'load':>8}", 1.0, "8.4f"),
+    "T3": (f"{'T3/mm':>11}", 1.0, "11.5f"),
+    "theta2": (f"{'theta2':>9}", math.degrees(1.0), "9.4f"),
+    "elongation": (f"{'spring':>9}", 1.0, "9.4f"),
+    "energy_ratio": (f"{'energy':>9}", 1.0, "9.4f"),
+    "leak": (f"{'leak':>10}", 1.0, "10.2e"),
+    "strain_p99": (f"{'strain 99%':>12}", 1.0, "12.4f"),
+    "share_above": (f"{'above':>9}", 1.0, "9.4f"),
+    "newton": (f"{'Newton':>7}", 1.0, "7.0f"),
+}
+
+
+def load_heading(record: Mapping[str, float]) -> str:
+    """The heading of the table that :func:`load_row` makes lines of."""
+    return "".join(heading for name, (heading, _, _) in LOAD_COLUMNS.items() if name in record)
 
 
 def load_row(record: Mapping[str, float]) -> str:
     """A point of a pressure-displacement curve as one line of a table; the angle in degrees."""
-    return (
-        f"{record['load_factor']:8.4f}{record['T3']:11.5f}{math.degrees(record['theta2']):9.4f}"
-        f"{record['elongation']:9.4f}{record['energy_ratio']:9.4f}{record['leak']:10.2e}{record['newton']:7.0f}"
-    )
-
-
-class Display(Protocol):
-    """Where lines and progress go."""
-
-    def line(self, text: str) -> None:
-        """Show a line."""
-
-    def progress(self, done: float, limit: int, left: str) -> None:
-        """Show how far the optimisation is."""
+    shown = (entry for entry in LOAD_COLUMNS.items() if entry[0] in record)
+    return "".join(format(factor * record[name], style) for name, (_, factor, style) in shown)
 
 
 class PlainDisplay:
@@ -80,7 +83,7 @@ class LiveDisplay(PlainDisplay):
 class Reporter:
     """Tells display and log what happens; its :meth:`observe` is the observer of the stages."""
 
-    def __init__(self, display: Display, log: logging.Logger) -> None:
+    def __init__(self, display: PlainDisplay, log: logging.Logger) -> None:
         self.display = display
         self.log = log
         self._first: tuple[float, float] | None = None
@@ -104,7 +107,7 @@ class Reporter:
         elif isinstance(event, LoadStep):
             if event.field != self._field:
                 self._field = event.field
-                self.say(LOAD_HEADING)
+                self.say(load_heading(event.record))
             self.say(load_row(event.record))
 
     def _time_left(self, done: float, limit: int) -> str:

@@ -7,7 +7,6 @@ import re
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,27 +18,14 @@ if TYPE_CHECKING:
 _TEMPORARY = re.compile(r"\.(?P<target>.+)\.[0-9a-f]{8}\.tmp")
 
 
-@dataclass(frozen=True)
-class Temporary:
-    """A file being written, or left by a process that was killed.
-
-    Attributes:
-        path: where it lies.
-        target: name of the file that it was to become.
-    """
-
-    path: Path
-    target: str
-
-
-def temporaries(folder: Path) -> list[Temporary]:
-    """The temporary files in a folder.
+def temporaries(folder: Path) -> list[tuple[Path, str]]:
+    """Files in a folder that are being written, or were when a process was killed, and what each was to be called.
 
     Raises:
         OSError: if the folder cannot be read.
     """
     found = ((path, _TEMPORARY.fullmatch(path.name)) for path in folder.iterdir())
-    return [Temporary(path, match["target"]) for path, match in found if match]
+    return [(path, match["target"]) for path, match in found if match]
 
 
 @contextmanager

@@ -20,7 +20,7 @@ def block(data: bytes) -> bytes:
 
 
 def marked(path: Path) -> bool:
-    """Whether a file begins as a sealed one; those of older versions and of other programs do not.
+    """Whether a file begins as a sealed one; those of other programs do not.
 
     Raises:
         OSError: if the file cannot be read.

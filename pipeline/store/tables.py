@@ -30,6 +30,18 @@ def as_csv(heading: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     return text.getvalue()
 
 
+def as_markdown(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table as Markdown; cells on one line, with no bar that would end them."""
+    names = list(heading)
+    lines = [f"| {' | '.join(map(markdown_cell, cells))} |" for cells in (names, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(names), *lines[1:]])
+
+
+def markdown_cell(text: str) -> str:
+    """Text on one line, with no bar that would end a cell."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
 class Table:
     """A table that is being read.
 

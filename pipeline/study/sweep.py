@@ -19,7 +19,7 @@ from typing import IO, Any
 from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.wording import duration
-from pipeline.runs.job import make_job
+from pipeline.runs.job import make_folder, make_job
 from pipeline.runs.plan import Step, plan
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
@@ -93,11 +93,7 @@ class Sweep:
         """
         for variant in variants:
             path = self.case_file(variant)
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                sentence = f"{path.parent}: cannot be made a folder ({error.strerror}); choose another --output."
-                raise Fault(ExitCode.USAGE, sentence) from None
+            make_folder(path.parent)
             head = f"One case of the study {self.study.path.name}, made by `poro sweep`; change it there."
             text = case_text(variant.case, head).encode()
             if not path.exists() or path.read_bytes() != text:

@@ -84,9 +84,10 @@ def as_markdown(sweep: Sweep, table: list[Row]) -> str:
         "",
         f"{len(table)} cases of {sweep.study.base.name}.",
         "",
-        "| " + " | ".join(f"{name}{units.get(name, '')}" for name in names) + " |",
-        "|" + "---|" * len(names),
-        *("| " + " | ".join(formatted(row[name], 4, none="") for name in names) + " |" for row in table),
+        table_file.as_markdown(
+            (f"{name}{units.get(name, '')}" for name in names),
+            ([formatted(row[name], 4, none="") for name in names] for row in table),
+        ),
     ]
     failed = [row for row in table if row["sentence"]]
     if failed:

@@ -42,7 +42,7 @@ def hessian_product(
     x, p = state.x + 1j * step * dx, state.p + 1j * step * dp
     _, _, nodal, _ = equilibrium.residual(chi, x, p)
     h_chi, hx, hp = (g.imag / step for g in objective.derivatives(chi, x, p, lx, lp, nodal))
-    mx, mp = equilibrium.linearise(state).solve_transposed(-hx, -hp, tolerance)
+    mx, mp = equilibrium.linearise(state).solve(-hx, -hp, tolerance, transposed=True)
     response, _, _ = objective.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, terms=False)
     return Product(h_chi + response + design_product(objective, at, direction), dx, dp)
 

@@ -83,7 +83,7 @@ def test_without_pressure_nothing_is_solved() -> None:
     assert not resting.equilibrium.pressure(chi, x).any()
     _, gx, gp = resting.derivatives(chi, x, p, x, p, found.state.nodal)
     assert gx.any()
-    adjoint = resting.equilibrium.linearise(found.state).solve_transposed(-gx, -gp, 1e-10)
+    adjoint = resting.equilibrium.linearise(found.state).solve(-gx, -gp, 1e-10, transposed=True)
     physics, _, _ = resting.derivatives(chi, x, p, *adjoint, found.state.nodal)
     assert np.abs(physics).max() < 1e-14 * np.abs(gradient.total).max()
 

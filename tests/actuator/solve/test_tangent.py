@@ -169,7 +169,7 @@ def test_solves_honour_their_tolerance(equilibrium: Equilibrium, state: State, t
     assert error <= 1.01 * tolerance * np.hypot(np.linalg.norm(rx) / force, np.linalg.norm(rp) / flow)
 
     gx, gp = rng.normal(size=len(state.x)) / force, rng.normal(size=len(state.p)) / flow
-    left = there.tangent.multiply_transposed(*there.solve_transposed(gx, gp, tolerance))
+    left = there.tangent.multiply_transposed(*there.solve(gx, gp, tolerance, transposed=True))
     error = np.hypot(np.linalg.norm(left[0] - gx) * force, np.linalg.norm(left[1] - gp) * flow)
     assert error <= 1.01 * tolerance * np.hypot(np.linalg.norm(gx) * force, np.linalg.norm(gp) * flow)
 
@@ -179,16 +179,16 @@ def test_adjoint_is_dual_to_the_tangent(equilibrium: Equilibrium, state: State) 
     rx, rp = force * rng.normal(size=len(state.x)), flow * rng.normal(size=len(state.p))
     gx, gp = rng.normal(size=len(state.x)), rng.normal(size=len(state.p))
     dx, dp = equilibrium.linearise(state).solve(rx, rp, 1e-10)
-    lx, lp = equilibrium.linearise(state).solve_transposed(gx, gp, 1e-10)
+    lx, lp = equilibrium.linearise(state).solve(gx, gp, 1e-10, transposed=True)
     assert gx @ dx + gp @ dp == pytest.approx(lx @ rx + lp @ rp, rel=1e-7)
 
 
 def test_a_good_guess_saves_iterations(equilibrium: Equilibrium, state: State) -> None:
     gx, gp = np.zeros_like(state.x), np.zeros_like(state.p)
     gx[-1] = 1.0
-    solution = equilibrium.linearise(state).solve_transposed(gx, gp, 1e-9)
+    solution = equilibrium.linearise(state).solve(gx, gp, 1e-9, transposed=True)
     before = equilibrium.work.krylov
-    equilibrium.linearise(state).solve_transposed(gx, gp, 1e-8, guess=solution)
+    equilibrium.linearise(state).solve(gx, gp, 1e-8, guess=solution, transposed=True)
     assert equilibrium.work.krylov == before
 
 
@@ -203,7 +203,7 @@ def test_a_linearisation_that_was_taken_over_cannot_be_used(equilibrium: Equilib
         lambda: before.mechanics(state.x),
         lambda: before.flow(state.p),
         lambda: before.solve(state.x, state.p, 1e-3),
-        lambda: before.solve_transposed(state.x, state.p, 1e-3),
+        lambda: before.solve(state.x, state.p, 1e-3, transposed=True),
         lambda: before.factorise(),
         lambda: before.negative_eigenvalues,
     )

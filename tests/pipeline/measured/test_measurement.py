@@ -15,7 +15,7 @@ from synthetic import EXAMPLE, EXAMPLE_TRUTH, Truth, recording
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.measured.column_names import Quantity
-from pipeline.measured.measurement import Measurement, Sensors, read_measurement
+from pipeline.measured.measurement import Measurement, read_measurement
 
 ROWS = 30
 TIME = 0.5 * np.arange(ROWS)
@@ -27,9 +27,9 @@ DISPLACEMENT_UNITS = {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
-def read(path: Path, sensors: Sensors | None = None, **columns: str) -> Measurement:
+def read(path: Path, sensitivities: dict[Quantity, float | None] | None = None, **columns: str) -> Measurement:
     wanted = {quantity: columns.get(quantity.value) for quantity in Quantity}
-    return read_measurement(path, wanted, sensors or Sensors())
+    return read_measurement(path, wanted, sensitivities)
 
 
 def written(path: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -102,7 +102,7 @@ def test_voltages_give_what_converted_values_give(tmp_path: Path, millivolts: bo
     np.testing.assert_allclose(found.recording.pressure, PRESSURE, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(found.recording.displacement, DISPLACEMENT, rtol=1e-12)
     assert found.recording.time is None
-    other = read(tmp_path / "volts.csv", Sensors(20.684, 10.0)).recording
+    other = read(tmp_path / "volts.csv", {Quantity.PRESSURE: 20.684, Quantity.DISPLACEMENT: 10.0}).recording
     np.testing.assert_allclose(other.pressure, PRESSURE * 20.684 / 19.17, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(other.displacement, DISPLACEMENT * 0.8, rtol=1e-12)
 
@@ -226,7 +226,7 @@ def test_options_that_do_not_fit_the_file(tmp_path: Path) -> None:
         read(path, pressure="pres")
     assert caught.value.code == ExitCode.USAGE
     with pytest.raises(Fault, match="--displacement-sensitivity goes with a voltage") as caught:
-        read(path, Sensors(None, 12.5))
+        read(path, {Quantity.DISPLACEMENT: 12.5})
     assert caught.value.code == ExitCode.USAGE
     with pytest.raises(Fault, match="cannot be pressure and displacement") as caught:
         read(written(path, table("ai0,ai1", PRESSURE, DISPLACEMENT)), pressure="ai0 [V]", displacement="ai0 [V]")
