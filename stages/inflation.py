@@ -253,7 +253,11 @@ def _compared(at: Mapping[str, float], optimised: Mapping[str, Any]) -> dict[str
     """What the optimiser found beside what the part does, with the relative difference of the part."""
     pairs = {"T3": "T3", "theta2": "theta2", "elongation": "spring_elongation"}
     return {
-        name: {"optimised": optimised[key], "relative": at[name] / optimised[key] - 1.0 if optimised[key] else None}
+        name: {
+            "optimised": optimised[key],
+            # The optimisation counts the spring's end downwards.
+            "relative": abs(at[name]) / abs(optimised[key]) - 1.0 if optimised[key] else None,
+        }
         for name, key in pairs.items()
     }
 
