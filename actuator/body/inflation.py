@@ -17,6 +17,7 @@ from actuator.body.arm import COORDINATES, OF_HALF, Arm
 from actuator.body.element import PAIRS, POINTS, SLOPES, forces, tangents
 from actuator.body.mesh import BodyMesh, signed_volumes
 from actuator.equations.assembly import Gather, scatter_vector
+from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, gmres, make_solver
 from actuator.linear.pattern import Product
 from actuator.material.constants import constants_of_law
@@ -89,8 +90,14 @@ class Inflation:
         self.volumes = signed_volumes(mesh.nodes, mesh.cells[:, :4])
         self._lambdas = _barycentric_slopes(mesh.nodes[mesh.cells[:, :4]])
         self._number()
+        # Factors only precondition: single precision halves their time and memory. The mixed form needs all digits.
         self._solver: DirectSolver = make_solver(
-            self._gather.indptr, self._gather.indices, symmetric=True, threads=threads, name=solver
+            self._gather.indptr,
+            self._gather.indices,
+            symmetric=True,
+            precision="double" if self.mixed else "single",
+            threads=threads,
+            name=solver,
         )
         self._product = Product(self._gather.indptr, self._gather.indices, symmetric=True)
         self._factorised = False
@@ -109,13 +116,14 @@ class Inflation:
         if mesh.half:
             free[mesh.symmetry, 1] = False
         self._free: Ints = np.flatnonzero(free.ravel())
-        self._index = np.full(free.shape, -1, dtype=np.int64)
+        # Half the memory of 64 bits, which no solver behind takes anyway.
+        self._index = np.full(free.shape, -1, dtype=np.int32)
         self._index.ravel()[self._free] = np.arange(len(self._free))
         self.displacements = len(self._free)
         self.stresses = mesh.vertices if self.mixed else 0
         self.size = self.displacements + self.stresses + len(self.arm.names)
         self._arm = slice(self.size - len(self.arm.names), None)
-        self._arm_index = np.arange(self.size)[self._arm]
+        self._arm_index = np.arange(self.size, dtype=np.int32)[self._arm]
         self._tip_row = np.full(len(mesh.nodes), -1, dtype=np.int64)
         self._tip_row[mesh.tip] = np.arange(len(mesh.tip))
         # Cells and walls that hang on the arm's plate: their nodes there follow its coordinates.
@@ -131,8 +139,11 @@ class Inflation:
         if self.mixed:
             entries += self._stress_targets()
         # Every diagonal entry is stored, also where nothing is added to it.
-        diagonal = np.arange(self.size)
+        diagonal = np.arange(self.size, dtype=np.int32)
         entries.append((diagonal, diagonal))
+        ends = np.cumsum([len(part) for part, _ in entries])
+        self._buffer = np.zeros(ends[-1])
+        self._parts = np.split(self._buffer, ends[:-1])
         rows, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
         below = rows > columns
         rows, columns = np.where(below, columns, rows), np.where(below, rows, columns)
@@ -161,7 +172,7 @@ class Inflation:
 
     def _stress_targets(self) -> list[tuple[Ints, Ints]]:
         cells = self.mesh.cells
-        vertex = self.displacements + cells[:, :4]
+        vertex = (self.displacements + cells[:, :4]).astype(np.int32)
         index = self._index[cells].reshape(len(cells), 30)
         shape = (len(cells), 4, 30)
         coupled = np.broadcast_to(index[:, None, :], shape), np.broadcast_to(vertex[:, :, None], shape)
@@ -276,9 +287,12 @@ class Inflation:
 
     def _tangent(self, z: Floats, load: float) -> Floats:
         u, cells, T = self.displacement(z), self.mesh.cells, z[self._arm]
-        K = np.empty((len(cells), len(PAIRS), 3, 3))
-        shape = len(cells) if self.mixed else 0
-        B, C = np.empty((shape, 4, 10, 3)), np.empty((shape, 4, 4))
+        # Views of the buffer, in the order of `_number`.
+        of_cells, of_walls, cells_at_arm, walls_at_arm, of_arm, *of_stress = self._parts[:-1]
+        K = of_cells.reshape(len(cells), len(PAIRS), 3, 3)
+        B, C = np.empty((0, 4, 10, 3)), np.empty((0, 4, 4))
+        if self.mixed:
+            B, C = of_stress[0].reshape(-1, 4, 10, 3), of_stress[1].reshape(-1, 4, 4)
         arguments = self._shearing, self.mixed, POINTS, SLOPES, cells, self._lambdas, self.volumes, u
         tangents(self._constants, *arguments, self._stress(z), K, B, C)
         x = self.mesh.nodes + u
@@ -288,12 +302,12 @@ class Inflation:
         arm = cells_arm + walls_arm + self.arm.spring(T)[2] - load * self.pressure * self.arm.chamber(T)[2]
         arm += self.arm.second_variation(T, self.mesh.nodes[self.mesh.tip], self._tip_force(z, load))
         arm[np.tril_indices(len(arm), -1)] = 0.0
-        buffer = [K.ravel(), walls.ravel(), cells_tip.ravel(), walls_tip.ravel(), arm.ravel()]
+        of_walls[:], cells_at_arm[:], walls_at_arm[:] = walls.ravel(), cells_tip.ravel(), walls_tip.ravel()
+        of_arm[:] = arm.ravel()
         if self.mixed:
             at_tip = B[self._cells_at_tip].reshape(-1, 4, 30)
-            with_arm = at_tip @ self._arm_columns(T, cells[self._cells_at_tip])
-            buffer += [B.ravel(), C.ravel(), with_arm.ravel()]
-        return self._gather.data(np.concatenate([*buffer, np.zeros(self.size)]))
+            of_stress[2][:] = (at_tip @ self._arm_columns(T, cells[self._cells_at_tip])).ravel()
+        return self._gather.data(self._buffer)
 
     def _tip_force(self, z: Floats, load: float) -> Floats:
         """Forces of body and air on the nodes of the arm's plate, (n_tip, 3), N."""
@@ -323,7 +337,7 @@ class Inflation:
         Raises:
             SolveFailure: if the relative residual is not reached.
         """
-        if not self._fresh:
+        while True:
             found = gmres(
                 lambda x: self._product(x[:, None], False)[:, 0],
                 right,
@@ -334,8 +348,12 @@ class Inflation:
             )
             if found.converged:
                 return found.x
+            if self._fresh:
+                raise SolveFailure(
+                    f"The tangent of the body could not be solved beyond a relative residual of "
+                    f"{found.relative_residual:.1e}: choose another size of the tetrahedra."
+                )
             self._factorise()
-        return self._solver.solve(right)
 
     def inner(self, a: Floats, b: Floats) -> float:
         """Mean product of displacements over :data:`LARGE_DISPLACEMENT` squared, and that of the arm."""
