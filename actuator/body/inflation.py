@@ -14,8 +14,8 @@ import numpy as np
 from actuator.arrays import Floats, Ints
 from actuator.body import chamber
 from actuator.body.arm import COORDINATES, OF_HALF, Arm
-from actuator.body.element import PAIRS, POINTS, SLOPES, forces, tangents
-from actuator.body.mesh import BodyMesh, signed_volumes
+from actuator.body.element import PAIRS, forces, points_of, tangents
+from actuator.body.mesh import BodyMesh
 from actuator.equations.assembly import Gather, scatter_vector
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, gmres, make_solver
@@ -87,8 +87,7 @@ class Inflation:
         self.mixed = poisson > MOST_PLAIN_POISSON_RATIO + 1e-12 if mixed is None else mixed
         self._constants = constants_of_law(material.law)._replace(bulk=material.bulk, shear=material.shear)
         self._shearing = self._constants._replace(bulk=0.0) if self.mixed else self._constants
-        self.volumes = signed_volumes(mesh.nodes, mesh.cells[:, :4])
-        self._lambdas = _barycentric_slopes(mesh.nodes[mesh.cells[:, :4]])
+        self.points = points_of(mesh.nodes, mesh.cells)
         self._number()
         # Factors only precondition: single precision halves their time and memory. The mixed form needs all digits.
         self._solver: DirectSolver = make_solver(
@@ -218,13 +217,13 @@ class Inflation:
         u, cells = self.displacement(z), self.mesh.cells
         f, g = np.empty((len(cells), 10, 3)), np.empty((len(cells), 4))
         density, log_J = np.empty((len(cells), 4)), np.empty((len(cells), 4))
-        arguments = self._constants, self.mixed, POINTS, SLOPES, cells, self._lambdas, self.volumes, u
+        arguments = self._constants, self.mixed, self.points, cells, u
         forces(*arguments, self._stress(z), f, g, density, log_J)
         nodal = scatter_vector(f, cells, len(u))
         T = z[self._arm]
         spring, spring_force, _ = self.arm.spring(T)
         volume = chamber.volume(self.mesh.nodes + u, self.mesh.walls) + self.arm.chamber(T)[0]
-        stored = float(np.sum(density * self.volumes[:, None])) / len(POINTS)
+        stored = float(np.sum(density * self.points.volumes))
         self._seen = z, load, State(u, T, nodal, density, volume, stored, spring)
         if np.isnan(log_J).any():
             return np.full(self.size, np.inf)
@@ -293,7 +292,7 @@ class Inflation:
         B, C = np.empty((0, 4, 10, 3)), np.empty((0, 4, 4))
         if self.mixed:
             B, C = of_stress[0].reshape(-1, 4, 10, 3), of_stress[1].reshape(-1, 4, 4)
-        arguments = self._shearing, self.mixed, POINTS, SLOPES, cells, self._lambdas, self.volumes, u
+        arguments = self._shearing, self.mixed, self.points, cells, u
         tangents(self._constants, *arguments, self._stress(z), K, B, C)
         x = self.mesh.nodes + u
         walls = -load * self.pressure * chamber.hessian(x, self.mesh.walls).reshape(len(self.mesh.walls), 18, 18)
@@ -370,12 +369,6 @@ class Inflation:
         """Directions in which the energy falls; those that the mean stress makes negative do not count."""
         negative = self._solver.statistics.negative_eigenvalues
         return None if negative is None else negative - self.stresses
-
-
-def _barycentric_slopes(corners: Floats) -> Floats:
-    """∇λ of tetrahedra given by their corners (n, 4, 3), (n, 4, 3), 1/mm."""
-    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
-    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
 
 
 def _unpacked(K: Floats) -> Floats:

@@ -16,7 +16,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from actuator.arrays import Bools, Floats, Ints
-from actuator.body.mesh import BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
+from actuator.body.element import least_jacobian
+from actuator.body.mesh import EDGES, BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
 from actuator.body.plates import Glued
 from actuator.failure import NotInflatable
 from actuator.geometry.distance import distance, signed_distance
@@ -35,6 +36,8 @@ SHORTEST = 0.2
 MOST_OFF, MOST_MISTAKEN = 0.5, 0.02
 #: How far nodes of a plane may lie off it, over the size; they are then put onto it.
 FLAT = 1e-6
+#: Least det ∂X/∂λ over its mean in a cell with curved edges, and how often distorted cells get their vertices back.
+LEAST_JACOBIAN, MOST_RETREATS = 0.2, 5
 #: Triangles among which that one is looked for whose side a face of the mesh is.
 NEIGHBOURS = 8
 #: Numbers that Mmg keeps faces apart by: the sides, and the planes of plates and symmetry.
@@ -148,6 +151,7 @@ def _named(
     fixed, tip, *symmetry = (on_plane(nodes, faces, axis, at, 0.0) for axis, at in planes)
     on_symmetry = symmetry[0] if symmetry else np.zeros(len(faces), dtype=bool)
     sides = faces[~(fixed | tip | on_symmetry)]
+    nodes = _fitted(nodes, cells, np.unique(sides), len(points), _sides_beyond_plates(solid), planes)
     _check_distance(nodes, sides, solid, size, half)
     wall = _pressed(nodes, sides, solid, size)
     return BodyMesh(
@@ -163,6 +167,52 @@ def _named(
         length=solid.length,
         half=half,
     )
+
+
+def _fitted(
+    nodes: Floats, cells: Ints, sides: Ints, vertices: int, surface: Surface, planes: tuple[tuple[int, float], ...]
+) -> Floats:
+    """The nodes with those of the sides on the solid's surface, so that cells there have its curvature.
+
+    Where a cell would be too distorted, its edges stay straight, or its vertices where Mmg has put them.
+    """
+    corner, middle = sides[sides < vertices], sides[sides >= vertices]
+    moved = nodes.copy()
+    moved[corner] = _onto(nodes[corner], surface, planes)
+    ends = np.empty((len(nodes), 2), dtype=np.int64)
+    ends[cells[:, 4:].ravel()] = cells[:, EDGES].reshape(-1, 2)
+    ends = ends[vertices:]
+    for _ in range(MOST_RETREATS):
+        bad = least_jacobian(_straight(moved, ends, vertices), cells) < LEAST_JACOBIAN
+        if not bad.any():
+            break
+        back = np.unique(cells[bad, :4])
+        moved[back] = nodes[back]
+    straight = _straight(moved, ends, vertices)
+    curved = straight.copy()
+    curved[middle] = _onto(straight[middle], surface, planes)
+    while (bad := least_jacobian(curved, cells) < LEAST_JACOBIAN).any():
+        stuck = np.unique(cells[bad])
+        if (curved[stuck] == straight[stuck]).all():
+            break
+        curved[stuck] = straight[stuck]
+    return curved
+
+
+def _straight(nodes: Floats, ends: Ints, vertices: int) -> Floats:
+    """The nodes with those on edges in the middle of their ends (n_edges, 2)."""
+    return np.concatenate([nodes[:vertices], nodes[ends].mean(axis=1)])
+
+
+def _onto(points: Floats, surface: Surface, planes: tuple[tuple[int, float], ...]) -> Floats:
+    """The nearest points of a surface; those of points on a plane stay on it."""
+    import pyvista  # slow to load
+
+    there = pyvista.PolyData.from_regular_faces(surface.vertices, surface.triangles)
+    nearest = np.array(there.find_closest_cell(points, return_closest_point=True)[1], dtype=np.float64)
+    for axis, at in planes:
+        nearest[points[:, axis] == at, axis] = at
+    return nearest
 
 
 def _check_distance(nodes: Floats, sides: Ints, solid: Glued, size: float, half: bool) -> None:
@@ -222,7 +272,11 @@ def _groups(faces: Ints) -> Ints:
 
 def _opening(nodes: Floats, walls: Ints, length: float) -> float:
     """Area that the chamber opens to the arm's plate, 1/2 ∮ (y dz - z dy) along its rim, mm²."""
-    edges = walls[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    rim = edges[(nodes[edges, 0] == length).all(axis=1)]
-    (y, z), (y_next, z_next) = nodes[rim[:, 0], 1:].T, nodes[rim[:, 1], 1:].T
-    return abs(0.5 * float(np.sum(y * z_next - z * y_next)))
+    edges = walls[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
+    start, middle, end = nodes[edges[(nodes[edges, 0] == length).all(axis=1)], 1:].transpose(1, 0, 2)
+
+    def product(one: Floats, other: Floats) -> float:
+        return float(np.sum(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]))
+
+    # Exact for parabolas: ∮ of the edges' three shape functions and their slopes.
+    return abs(2.0 * (product(start, middle) + product(middle, end)) - 0.5 * product(start, end)) / 3.0

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from actuator.arrays import Floats, Ints
-from actuator.body.element import POINTS, SLOPES
-from actuator.body.mesh import BodyMesh, signed_volumes
+from actuator.body.element import POINTS, points_of
+from actuator.body.mesh import BodyMesh
 
 #: Depth, over the length of the body, to which a node of the surface must have entered another cell to count.
 ENTERED = 1e-3
@@ -68,18 +68,11 @@ def strains(mesh: BodyMesh, displacement: Floats, density: Floats, youngs_modulu
         density: Ψ at the points of the cells, (n_cells, 4), N/mm².
         youngs_modulus: E, N/mm².
     """
-    corners = mesh.nodes[mesh.cells[:, :4]]
-    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
-    u = displacement[mesh.cells]
-    stretch = np.empty(density.shape)
-    for q, slopes in enumerate(SLOPES):
-        # ∂/∂λ_1..3 with λ_0 = 1 - λ_1 - λ_2 - λ_3.
-        local = np.einsum("eai,ac->eic", u, slopes[:, 1:] - slopes[:, :1])
-        F = np.eye(3) + local @ inverse.transpose(0, 2, 1)
-        stretch[:, q] = np.sqrt(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, -1])
-    weights = np.repeat(signed_volumes(mesh.nodes, mesh.cells[:, :4])[:, None] / len(POINTS), len(POINTS), axis=1)
-    places = np.einsum("qc,eci->eqi", POINTS, corners)
-    return Strains(np.sqrt(2.0 * np.maximum(density, 0.0) / youngs_modulus), stretch, weights, places)
+    points = points_of(mesh.nodes, mesh.cells)
+    F = np.eye(3) + np.einsum("eai,eqaj->eqij", displacement[mesh.cells], points.gradients)
+    stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, 2, 3) @ F)[..., -1])
+    places = np.einsum("qc,eci->eqi", POINTS, mesh.nodes[mesh.cells[:, :4]])
+    return Strains(np.sqrt(2.0 * np.maximum(density, 0.0) / youngs_modulus), stretch, points.volumes, places)
 
 
 def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float] | None:
