@@ -24,11 +24,11 @@ from actuator.geometry.distance import distance, signed_distance
 from actuator.geometry.zero_set import Surface
 
 #: Edge of the grid's cubes over the size of the tetrahedra.
-GRID = 0.6
+GRID = 0.4
 #: Values of the level set that count as zero, over the edge of the cubes, so that no slivers are cut off.
 ZERO = 0.05
 #: Mmg's largest distance of the boundary from the level set, over the size, and its ratio of neighbouring edges.
-CHORD, GRADATION = 0.025, 1.5
+CHORD, GRADATION = 0.1, 1.5
 #: Least edge over the size.
 SHORTEST = 0.2
 #: How far the solid's vertices may lie off the mesh, over the size, before the mesh is too coarse for it; and how much
