@@ -40,8 +40,8 @@ FLAT = 1e-6
 LEAST_JACOBIAN, MOST_RETREATS = 0.2, 5
 #: Triangles among which that one is looked for whose side a face of the mesh is.
 NEIGHBOURS = 8
-#: Numbers that Mmg keeps faces apart by: the sides, and the planes of plates and symmetry.
-_SIDES, _PLANES = 10, ((0, 1), (0, 2), (1, 3))
+#: Number of the sides, by which Mmg keeps them apart from the planes, which count from 1.
+_SIDES = 10
 
 
 def mesh_of(solid: Glued, size: float, *, half: bool | None = None) -> BodyMesh:
