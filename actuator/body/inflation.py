@@ -42,7 +42,7 @@ class State:
     Attributes:
         displacement: u of the nodes, (n_nodes, 3), mm.
         motion: free coordinates of the arm, (m,), mm and rad.
-        nodal: internal forces of the nodes, (n_nodes, 3), N: what supports and arm hold.
+        nodal: internal forces of the nodes, (n_nodes, 3), N.
         density: Ψ at the points of the cells, (n_cells, 4), N/mm².
         volume: of the chamber, mm³, of the modelled half or whole.
         stored, spring: energies of body and spring, N mm, of the modelled half or whole.
@@ -103,17 +103,12 @@ class Inflation:
         self._fresh = False
         self.load_derivative: Floats = np.zeros(self.size)
         self._seen: tuple[Floats, float, State] | None = None
-        self._scale = 1.0
         self._scale = float(np.linalg.norm(self._weighted(self._air_force(self.rest)))) or 1.0
 
     # ------------------------------------------------------------------------ unknowns
 
     def _number(self) -> None:
-        mesh = self.mesh
-        free = np.ones(mesh.nodes.shape, dtype=bool)
-        free[mesh.fixed] = free[mesh.tip] = False
-        if mesh.half:
-            free[mesh.symmetry, 1] = False
+        mesh, free = self.mesh, self.mesh.free
         self._free: Ints = np.flatnonzero(free.ravel())
         # Half the memory of 64 bits, which no solver behind takes anyway.
         self._index = np.full(free.shape, -1, dtype=np.int32)
@@ -159,13 +154,13 @@ class Inflation:
 
     def _block_targets(self, elements: Ints) -> tuple[Ints, Ints]:
         """Of full symmetric blocks, one triangle."""
-        index = self._index[elements].reshape(len(elements), -1)
+        index = self._index[elements].reshape(len(elements), 3 * elements.shape[1])
         rows = np.broadcast_to(index[:, :, None], (*index.shape, index.shape[1]))
         columns = np.broadcast_to(index[:, None, :], rows.shape)
         return np.where(rows <= columns, rows, -1).ravel(), columns.ravel()
 
     def _arm_targets(self, elements: Ints) -> tuple[Ints, Ints]:
-        index = self._index[elements].reshape(len(elements), -1)
+        index = self._index[elements].reshape(len(elements), 3 * elements.shape[1])
         shape = (*index.shape, len(self.arm.names))
         return np.broadcast_to(index[:, :, None], shape).ravel(), np.broadcast_to(self._arm_index, shape).ravel()
 
@@ -248,6 +243,17 @@ class Inflation:
         force[self._arm] += self.arm.chamber(z[self._arm])[1]
         return self.pressure * force
 
+    def reactions(self, z: Floats, load: float) -> Floats:
+        """Forces that hold the nodes against stress and air, (n_nodes, 3), N, of what is modelled.
+
+        They are zero at nodes that nothing holds. On a rim the air's share is its traction, which ∂V/∂x is not before
+        it is added to that of the plate.
+        """
+        state = self.state(z, load)
+        walls = self.mesh.walls
+        air = scatter_vector(chamber.tractions(self.mesh.nodes + state.displacement, walls), walls, len(state.nodal))
+        return state.nodal - load * self.pressure * air
+
     def volume_slope(self, point: Point) -> float:
         """dV/dλ of the chamber along the path, mm³; NaN at a limit point."""
         if self.pressure == 0.0 or abs(point.slope) < LEAST_SLOPE:
@@ -322,7 +328,7 @@ class Inflation:
         columns = np.zeros((*elements.shape, 3, len(self.arm.names)))
         rows = self._tip_row[elements]
         columns[rows >= 0] = directions[rows[rows >= 0]]
-        return columns.reshape(len(elements), -1, len(self.arm.names))
+        return columns.reshape(len(elements), 3 * elements.shape[1], len(self.arm.names))
 
     def _on_arm(self, T: Floats, elements: Ints, blocks: Floats) -> tuple[Floats, Floats]:
         """Columns (n, 3 n_local, m) and diagonal block (m, m) of the arm, of element blocks."""
