@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from actuator.arrays import Bools, Floats, Ints
-from actuator.body.element import least_jacobian
+from actuator.body.element import least_jacobian, points_of
 from actuator.body.mesh import EDGES, BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
 from actuator.body.plates import Glued
 from actuator.failure import NotInflatable
@@ -34,12 +33,12 @@ SHORTEST = 0.2
 #: How far the solid's vertices may lie off the mesh, over the size, before the mesh is too coarse for it; and how much
 #: of its boundary may be taken for the wrong side.
 MOST_OFF, MOST_MISTAKEN = 0.5, 0.02
+#: Share of its volume by which a mesh may differ from the solid.
+MOST_LOST = 0.1
 #: How far nodes of a plane may lie off it, over the size; they are then put onto it.
 FLAT = 1e-6
 #: Least det ∂X/∂λ over its mean in a cell with curved edges, and how often distorted cells get their vertices back.
 LEAST_JACOBIAN, MOST_RETREATS = 0.2, 5
-#: Triangles among which that one is looked for whose side a face of the mesh is.
-NEIGHBOURS = 8
 #: Number of the sides, by which Mmg keeps them apart from the planes, which count from 1.
 _SIDES = 10
 
@@ -152,6 +151,7 @@ def _named(
     on_symmetry = symmetry[0] if symmetry else np.zeros(len(faces), dtype=bool)
     sides = faces[~(fixed | tip | on_symmetry)]
     nodes = _fitted(nodes, cells, np.unique(sides), len(points), _sides_beyond_plates(solid), planes)
+    _check_volume(nodes, cells, solid, size, half)
     _check_distance(nodes, sides, solid, size, half)
     wall = _pressed(nodes, sides, solid, size)
     return BodyMesh(
@@ -215,6 +215,18 @@ def _onto(points: Floats, surface: Surface, planes: tuple[tuple[int, float], ...
     return nearest
 
 
+def _check_volume(nodes: Floats, cells: Ints, solid: Glued, size: float, half: bool) -> None:
+    """Refuse a mesh of what is left of walls that are thinner than the grid."""
+    corners = solid.surface.vertices[solid.surface.triangles]
+    own = float(np.linalg.det(corners).sum()) / (12.0 if half else 6.0)
+    found = float(points_of(nodes, cells).volumes.sum())
+    if abs(found / own - 1.0) > MOST_LOST:
+        raise NotInflatable(
+            f"The mesh is too coarse for the solid: it has {100.0 * found / own:.0f} % of its volume, as walls or gaps "
+            f"are thinner than tetrahedra of {size:.3g} mm can show; choose a smaller size."
+        )
+
+
 def _check_distance(nodes: Floats, sides: Ints, solid: Glued, size: float, half: bool) -> None:
     """Refuse a mesh that misses a wall or a gap of the solid."""
     own = solid.surface.vertices
@@ -232,17 +244,17 @@ def _check_distance(nodes: Floats, sides: Ints, solid: Glued, size: float, half:
 
 
 def _pressed(nodes: Floats, sides: Ints, solid: Glued, size: float) -> Bools:
-    """Which faces of the sides are walls of the chamber, as the nearest triangle that faces the same way says."""
-    triangles = solid.surface.vertices[solid.surface.triangles[~(solid.at_fixed | solid.at_arm)]]
-    wall = solid.wall[~(solid.at_fixed | solid.at_arm)]
+    """Which faces of the sides are walls of the chamber, as the nearer of the solid's walls and other sides says."""
+    vertices, triangles = solid.surface.vertices, solid.surface.triangles
     corners = nodes[sides[:, :3]]
-    found = cKDTree(triangles.mean(axis=1)).query(corners.mean(axis=1), k=NEIGHBOURS)[1]
-    near: Ints = np.asarray(found, dtype=np.int64)
-    facing = np.einsum("fi,fki->fk", _normals(corners), _normals(triangles)[near])
-    says = wall[near[np.arange(len(near)), np.argmax(facing > 0.0, axis=1)]]
+    other = ~(solid.wall | solid.at_fixed | solid.at_arm)
+    to_wall, to_other = (
+        distance(corners.mean(axis=1), Surface(vertices, triangles[own])) for own in (solid.wall, other)
+    )
+    says = to_wall < to_other
     # Faces that hang together off the planes are of one side.
     group = _groups(sides)
-    area = np.linalg.norm(_normals(corners), axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     share = np.bincount(group, area * says) / np.bincount(group, area)
     mistaken = np.minimum(share, 1.0 - share) @ np.bincount(group, area) / area.sum()
     if mistaken > MOST_MISTAKEN:
@@ -251,11 +263,6 @@ def _pressed(nodes: Floats, sides: Ints, solid: Glued, size: float) -> Bools:
             "a smaller size."
         )
     return np.asarray((share > 0.5)[group])
-
-
-def _normals(corners: Floats) -> Floats:
-    """Normals of triangles (n, 3, 3) as long as their areas, (n, 3), mm²."""
-    return 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _groups(faces: Ints) -> Ints:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from actuator.arrays import Floats, Ints
+from actuator.arrays import Bools, Floats, Ints
 from actuator.body.element import POINTS, points_of
 from actuator.body.mesh import BodyMesh
 
@@ -78,8 +79,9 @@ def strains(mesh: BodyMesh, displacement: Floats, density: Floats, youngs_modulu
 def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float] | None:
     """Where walls have passed into each other, undeformed, mm; None if nowhere.
 
-    A node of the surface touches if it lies inside of another part of the deformed body, taken with flat faces, by more
-    than :data:`ENTERED`; contact is not part of the equilibrium, so nothing stops it from doing so.
+    A node of the surface touches if it lies inside of another part of the deformed body, taken with flat faces, or of
+    the image of a half, by more than :data:`ENTERED`; contact is not part of the equilibrium, so nothing stops it from
+    doing so.
     """
     deformed = mesh.nodes + displacement
     depth = ENTERED * mesh.length
@@ -93,18 +95,25 @@ def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float]
     local = np.einsum("nkcj,nkj->nkc", inverse[near], deformed[number][:, None] - corners[near, 0])
     barycentric = np.concatenate([local, 1.0 - local.sum(axis=2, keepdims=True)], axis=2)
     inside = (barycentric * heights[near]).min(axis=2)
-    inside[_own(mesh, number, near)] = -np.inf
-    worst = int(np.argmax(inside.max(axis=1)))
-    if inside[worst].max() <= depth:
+    node, which = np.nonzero(inside > depth)
+    entered = np.zeros(len(number))
+    if len(node):
+        foreign = ~_beside(mesh, number[node], near[node, which])
+        np.maximum.at(entered, node[foreign], inside[node[foreign], which[foreign]])
+    if mesh.half:
+        entered = np.maximum(entered, -deformed[number, 1])
+    worst = int(np.argmax(entered))
+    if entered[worst] <= depth:
         return None
     x, y, z = mesh.nodes[number[worst]].tolist()
     return x, y, z
 
 
-def _own(mesh: BodyMesh, number: Ints, near: Ints) -> Ints:
-    """Which of the near cells lie beside the node in the undeformed body, (n, k), as those that hold its neighbours."""
-    reach = np.linalg.norm(np.ptp(mesh.nodes[mesh.cells[:, :4]], axis=1), axis=1)
-    centres = mesh.nodes[mesh.cells[:, :4]].mean(axis=1)
-    apart = np.linalg.norm(centres[near] - mesh.nodes[number][:, None], axis=2)
-    own: Ints = apart < 2.0 * reach[near]
-    return own
+def _beside(mesh: BodyMesh, nodes: Ints, cells: Ints) -> Bools:
+    """Whether cells (n,) share a vertex with one that holds the node (n,), as flat faces cut off nodes between them."""
+    number = np.arange(len(mesh.cells))
+    ones, size = np.ones(mesh.cells.shape, dtype=np.int32), (len(mesh.cells), len(mesh.nodes))
+    holds = csr_array((ones.ravel(), (np.repeat(number, mesh.cells.shape[1]), mesh.cells.ravel())), size)
+    asked, row = np.unique(nodes, return_inverse=True)
+    around = holds[:, asked].T @ holds @ holds.T
+    return np.asarray(around[row, cells] > 0)
