@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from actuator.arrays import Bools, Floats, Ints
-from actuator.body.element import least_jacobian, points_of
+from actuator.body.element import least_jacobian
 from actuator.body.mesh import EDGES, BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
 from actuator.body.plates import Glued
 from actuator.failure import NotInflatable
@@ -150,8 +150,8 @@ def _named(
     fixed, tip, *symmetry = (on_plane(nodes, faces, axis, at, 0.0) for axis, at in planes)
     on_symmetry = symmetry[0] if symmetry else np.zeros(len(faces), dtype=bool)
     sides = faces[~(fixed | tip | on_symmetry)]
-    nodes = _fitted(nodes, cells, np.unique(sides), len(points), _sides_beyond_plates(solid), planes)
     _check_volume(nodes, cells, solid, size, half)
+    nodes = _fitted(nodes, cells, np.unique(sides), len(points), _sides_beyond_plates(solid), planes)
     _check_distance(nodes, sides, solid, size, half)
     wall = _pressed(nodes, sides, solid, size)
     return BodyMesh(
@@ -219,7 +219,7 @@ def _check_volume(nodes: Floats, cells: Ints, solid: Glued, size: float, half: b
     """Refuse a mesh of what is left of walls that are thinner than the grid."""
     corners = solid.surface.vertices[solid.surface.triangles]
     own = float(np.linalg.det(corners).sum()) / (12.0 if half else 6.0)
-    found = float(points_of(nodes, cells).volumes.sum())
+    found = float(signed_volumes(nodes, cells[:, :4]).sum())
     if abs(found / own - 1.0) > MOST_LOST:
         raise NotInflatable(
             f"The mesh is too coarse for the solid: it has {100.0 * found / own:.0f} % of its volume, as walls or gaps "

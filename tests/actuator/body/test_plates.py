@@ -48,10 +48,11 @@ def test_an_open_surface_is_refused() -> None:
         glued(surface.vertices, surface.triangles[1:], "x")
 
 
-def test_a_wall_that_the_mesh_cannot_show_is_refused() -> None:
-    thin = rod(10.0, 30.0) - rod(9.9, 40.0)
+@pytest.mark.parametrize("wall", [0.1, 0.5])
+def test_a_wall_that_the_mesh_cannot_show_is_refused(wall: float) -> None:
+    thin = rod(10.0, 10.0) - rod(10.0 - wall, 20.0)
     with pytest.raises(NotInflatable, match="choose a smaller size"):
-        mesh_of(of(thin), 8.0)
+        mesh_of(of(thin), 4.0)
 
 
 def test_a_tube_is_glued_at_both_ends_and_pressed_inside() -> None:

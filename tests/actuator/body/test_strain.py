@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bodies import between_plates, grid, half_tube, layered, whole_tube
@@ -85,9 +87,12 @@ def test_a_body_that_is_only_moved_and_stretched_does_not_touch_itself() -> None
 
 
 def test_a_half_touches_its_image() -> None:
-    mesh = half_tube(6, 3, 2)
+    """Where it has passed through its plane of symmetry."""
+    mesh = blocks()
     u = np.zeros(mesh.nodes.shape)
-    u[mesh.nodes[:, 1] > 3.0, 1] = -8.5
-    place = touching(mesh, u)
+    u[mesh.nodes[:, 2] > 4.0 + 0.5 * GAP, 1] = -0.5
+    assert touching(mesh, u) is None
+    place = touching(replace(mesh, half=True), u)
     assert place is not None
-    assert place[1] > 3.0
+    assert place[1] == 0.0
+    assert place[2] >= 4.0 + GAP
