@@ -2,8 +2,6 @@
 
 from typing import Literal
 
-#: Density fields that are simulated: the optimised one, and the solid that is exported as far as a mesh shows it.
-FieldName = Literal["density", "thresholded"]
 #: Where the zero of recorded signals is taken from.
 Zero = Literal["rest", "first", "none"]
 #: What the displacement's signal does as the pressure rises.

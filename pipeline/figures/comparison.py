@@ -14,14 +14,13 @@ MOST_POINTS = 1500
 LOADING, UNLOADING, PREDICTED = ("#1f4e79", "#a9c4e0"), ("#c55a11", "#f3c39f"), "#000000"
 
 
-def comparison(result: Result, prediction: Prediction, title: str = "", field: str = "") -> Figure:
+def comparison(result: Result, prediction: Prediction, title: str = "") -> Figure:
     """Measured rows in two light tones, averages in their dark ones, the prediction in black, the target dashed.
 
     Args:
         result: of the comparison.
         prediction: what was compared with.
         title: above the figure.
-        field: which density field was simulated, for the legend.
     """
     figure = Figure(figsize=(8.0, 5.2), dpi=110, layout="constrained", facecolor="white")
     axes = figure.subplots()
@@ -40,8 +39,7 @@ def comparison(result: Result, prediction: Prediction, title: str = "", field: s
         axes.plot(result.pressure, mean, color=dark, linewidth=1.2, label=f"measured, {name}, {_mean(len(rows))}")
     pressure, displacement = prediction.pressure, prediction.displacement
     if prediction.curve:
-        label = ", ".join(filter(None, ("predicted", field)))
-        axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label=label)
+        axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label="predicted")
     else:
         axes.plot([0.0, *pressure], [0.0, *displacement], "D", color=PREDICTED, label="predicted, no curve")
     target = result.target

@@ -30,13 +30,13 @@ class Source:
     """Where a prediction comes from.
 
     Attributes:
+        kind: ``density`` for the simulated density field, ``design`` for the single point of a design.
         path: the artifact.
-        field: which of its curves; empty for a single point.
         notes: sentences about its limits.
     """
 
+    kind: str
     path: Path
-    field: str
     notes: tuple[str, ...]
 
 
@@ -87,7 +87,7 @@ class Comparison:
         from pipeline.figures.saving import save
 
         figure, report, table = self.files(format)
-        save(comparison(self.result, self.prediction, self.title, self.source.field), figure)
+        save(comparison(self.result, self.prediction, self.title), figure)
         write_bytes(report, f"{self.as_json(format)}\n".encode())
         write_bytes(table, self.as_csv().encode())
 
@@ -107,8 +107,8 @@ class Comparison:
             "rows": len(measured.recording.pressure),
             "cycles": len(result.cycles),
             "prediction": {
+                "source": self.source.kind,
                 "path": str(self.source.path),
-                "field": self.source.field or None,
                 "curve": self.prediction.curve,
                 "target_kPa": self.prediction.target,
             },
@@ -147,13 +147,12 @@ class Comparison:
         return as_csv(columns, (["" if value != value else f"{value:.6g}" for value in row] for row in rows))
 
 
-def compared(job: Job, measurement: Measurement, field: str | None, options: dict[str, Any]) -> Comparison:
+def compared(job: Job, measurement: Measurement, options: dict[str, Any]) -> Comparison:
     """Compare a recorded test with the prediction for a job's part.
 
     Args:
         job: the case, with scale and Young's modulus of the print.
         measurement: the test.
-        field: ``density`` or ``thresholded``; None for the density.
         options: values of :class:`stages.compare.Settings` by name; those that are None keep their default.
 
     Raises:
@@ -161,7 +160,7 @@ def compared(job: Job, measurement: Measurement, field: str | None, options: dic
             cannot be used (ARTIFACT).
     """
     settings = option_settings(compare.Settings, options)
-    prediction, source = _predicted(job, field)
+    prediction, source = _predicted(job)
     try:
         result = compare.run(measurement.recording, prediction, settings)
     except Failure as failure:
@@ -197,7 +196,7 @@ def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare
     return compare.Prediction(kilopascals, millimetres, target, not isinstance(response, float))
 
 
-def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]:
+def _predicted(job: Job) -> tuple[compare.Prediction, Source]:
     """What was predicted, scaled to the part, and where it comes from."""
     case = job.case
     if case.rig.youngs_modulus is None:
@@ -211,30 +210,20 @@ def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]
     simulations = [folder / f"{case.name}.simulation.h5" for folder in beside]
     found = next((path for path in simulations if path.is_file()), None)
     if not found:
-        if field == "thresholded":
-            raise Fault(
-                ExitCode.USAGE,
-                f"--field thresholded: there is no {simulations[0]}; make it with `poro simulate {job.argument}`.",
-            )
         note = (
             f"the prediction is the single point of {design.name} and the origin, not a curve; "
             f"`poro simulate {job.argument}` gives one"
         )
         elongation = float(contents.summary(design, "optimize")["spring_elongation"])
-        return prediction_of(case, elongation), Source(design, "", (note,))
-    curves = read_simulation(found).curves
-    name = field or "density"
-    if name not in curves:
-        known = " or ".join(curves)
-        raise Fault(ExitCode.USAGE, f"--field {name}: {found} has only {known}; simulate it, or choose another.")
+        return prediction_of(case, elongation), Source("design", design, (note,))
     try:
-        prediction = prediction_of(case, curves[name])
+        prediction = prediction_of(case, read_simulation(found).curves)
     except ValueError as error:
         raise Fault(ExitCode.ARTIFACT, f"{found}: {error}.") from None
     notes: tuple[str, ...] = ()
     if design.is_file() and artifact.read_header(found).upstream_identity != artifact.read_header(design).identity:
         notes = (f"{found} was not made from this {design.name}; run `poro simulate` again",)
-    return prediction, Source(found, name, notes)
+    return prediction, Source("density", found, notes)
 
 
 def _plain(found: Any) -> dict[str, Any] | None:

@@ -13,10 +13,10 @@ def as_text(found: Comparison, format: str) -> str:
     head = f"{case.name}: {found.measurement.path}, {len(found.measurement.recording.pressure)} rows, "
     lines = [f"{head}{count} {'cycle' if count == 1 else 'cycles'} compared"]
     lines += [_line("comment", found.measurement.comments[0])] if found.measurement.comments else []
-    curve = f", field {found.source.field}, to {found.prediction.pressure.max():.4g} kPa" if found.source.field else ""
+    curve = f", to {found.prediction.pressure.max():.4g} kPa" if found.prediction.curve else ""
     lines += [
         _line("part", f"scale {case.export.scale:g}, Ē {case.rig.youngs_modulus:g} N/mm²"),
-        _line("prediction", f"{found.source.path}{curve}"),
+        _line("prediction", f"{found.source.kind}, {found.source.path}{curve}"),
         _line("columns", ", ".join(f"'{column.title}'" for column in found.measurement.columns.values())),
         *_aligned(found),
         _line(f"at {result.target.pressure:.4g} kPa", _target(found)),
