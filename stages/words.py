@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+#: Curves that a recorded test is compared with: of the part as printed, and of the simulated density field.
+PredictionName = Literal["as-printed", "density"]
 #: Where the zero of recorded signals is taken from.
 Zero = Literal["rest", "first", "none"]
 #: What the displacement's signal does as the pressure rises.

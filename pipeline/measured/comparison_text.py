@@ -16,7 +16,8 @@ def as_text(found: Comparison, format: str) -> str:
     curve = f", to {found.prediction.pressure.max():.4g} kPa" if found.prediction.curve else ""
     lines += [
         _line("part", f"scale {case.export.scale:g}, Ē {case.rig.youngs_modulus:g} N/mm²"),
-        _line("prediction", f"{found.source.kind}, {found.source.path}{curve}"),
+        _line("prediction", f"{found.source.words}, {found.source.path}{curve}"),
+        *_beside(found),
         _line("columns", ", ".join(f"'{column.title}'" for column in found.measurement.columns.values())),
         *_aligned(found),
         _line(f"at {result.target.pressure:.4g} kPa", _target(found)),
@@ -60,6 +61,14 @@ def _target(found: Comparison) -> str:
     percent = "" if target.percent is None else f" ({target.percent:+.1f} %)"
     compared = f"predicted {target.predicted:.2f} mm: {target.deviation:+.2f} mm{percent}"
     return f"measured {target.mean:.2f}{spread} mm, {compared}"
+
+
+def _beside(found: Comparison) -> list[str]:
+    at = f"at {found.result.target.pressure:.4g} kPa"
+    return [
+        _line("", f"drawn beside: {source.words}, {'not known' if value is None else f'{value:.2f} mm'} {at}")
+        for source, value in found.others_at_target
+    ]
 
 
 def _hysteresis(found: Comparison) -> list[str]:
