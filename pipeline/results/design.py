@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import stages.mirror
 import stages.optimize
 import stages.refine
+import stages.simulate
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import Fault
@@ -53,9 +54,11 @@ class OptimisedDesign(stages.optimize.Result):
 
     @property
     def simulation(self) -> Path | None:
-        """The artifact of ``poro simulate`` beside the design's own, if there is one."""
+        """The artifact of ``poro simulate`` beside the design's own, if there is one of this version."""
         path = self.source.with_name(f"{self.name}.simulation.h5") if self.source else None
-        return path if path and path.is_file() else None
+        if path is None or not path.is_file():
+            return None
+        return path if artifact.read_header(path).stage_version == stages.simulate.VERSION else None
 
     @property
     def shape(self) -> Surface:

@@ -21,6 +21,7 @@ import stages.simulate
 from actuator.failure import InvalidSettings
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.figures.response import response
+from pipeline.results.design import read_design
 from pipeline.results.simulation import RigUnits, as_csv, read_simulation
 from pipeline.runs import progress
 from pipeline.store import artifact, vtkhdf
@@ -240,3 +241,4 @@ def test_designs_of_the_time_of_those_keys_are_read_and_their_simulations_are_no
         file.attrs["stage_version"] = 2
     with pytest.raises(Fault, match="made by another version of 'simulate'; run `poro simulate` again"):
         read_simulation(simulated / "tiny.simulation.h5")
+    assert read_design(simulated / "tiny.h5").simulation is None  # report and figures leave it out
