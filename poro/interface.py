@@ -252,7 +252,7 @@ def compare(
     Args:
         case: says how large the part is and what it is printed of: ``export.scale`` and ``rig.youngs_modulus``.
         measured: CSV with pressure and displacement, or a recording in kPa and mm.
-        predicted: a simulation, or a design, which is a single point.
+        predicted: a simulation, a part as printed, or a design, which is a single point.
         options: fields of :class:`stages.compare.Settings`, such as ``target``, kPa.
     """
     _printed_modulus(case)

@@ -204,7 +204,8 @@ def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare
     Args:
         case: with the size of the part and what it is printed of.
         response: columns of a pressure-displacement curve, N/mm² and mm, or the elongation of the spring at p_in, mm.
-            A curve without a column ``loading`` is one of loading.
+            A curve without a column ``loading`` is that of an inflated part: the pressure rises along all of it, and
+            what counts of the spring's end, whose way up is positive there, is how far it travels.
 
     Raises:
         ValueError: if a curve has no point with pressure on the way up.
@@ -216,6 +217,8 @@ def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare
         pressure, length = np.array([pressure_in]), np.array([response])
     else:
         pressure, length = np.asarray(response["pressure"]), np.asarray(response["elongation"])
+        if "loading" not in response:
+            length = np.copysign(1.0, length[-1]) * length
         rows = (np.asarray(response.get("loading", 1)) == 1) & np.isfinite(pressure) & np.isfinite(length)
         if not (pressure[rows] > 0.0).any():
             raise ValueError("it has no loading part; make it again")
@@ -268,9 +271,6 @@ def _prediction(case: Case, source: Source) -> compare.Prediction:
         curves: Mapping[str, Floats] = read_simulation(source.path).curves
     else:
         curves = artifact.read_group(source.path, "inflate", "curves")
-        # The spring's end is counted upwards there; what the sensor sees of it is how far it travels.
-        travel = np.asarray(curves["elongation"])
-        curves = {**curves, "elongation": np.copysign(1.0, travel[-1]) * travel}
     try:
         return prediction_of(case, curves)
     except ValueError as error:
