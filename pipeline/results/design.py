@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import stages.mirror
 import stages.optimize
 import stages.refine
-import stages.simulate
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import Fault
+from pipeline.results.simulation import is_current
 from pipeline.store import artifact, contents
 from pipeline.store.files import Files
 from stages.datasets import vtk_order
@@ -56,9 +56,7 @@ class OptimisedDesign(stages.optimize.Result):
     def simulation(self) -> Path | None:
         """The artifact of ``poro simulate`` beside the design's own, if there is one of this version."""
         path = self.source.with_name(f"{self.name}.simulation.h5") if self.source else None
-        if path is None or not path.is_file():
-            return None
-        return path if artifact.read_header(path).stage_version == stages.simulate.VERSION else None
+        return path if path and is_current(path) else None
 
     @property
     def shape(self) -> Surface:

@@ -71,6 +71,11 @@ def rig_units(case: Case) -> RigUnits | None:
     return None if modulus is None else RigUnits(case.optimize, case.export.scale, modulus)
 
 
+def is_current(path: Path) -> bool:
+    """Whether an artifact of ``simulate`` is there, and of the version that is read here."""
+    return path.is_file() and artifact.read_header(path).stage_version == VERSION
+
+
 def read_simulation(path: Path) -> Simulation:
     """Read the artifact of ``simulate``.
 
