@@ -48,9 +48,9 @@ def test_an_open_surface_is_refused() -> None:
         glued(surface.vertices, surface.triangles[1:], "x")
 
 
-@pytest.mark.parametrize("wall", [0.1, 0.5])
-def test_a_wall_that_the_mesh_cannot_show_is_refused(wall: float) -> None:
-    thin = rod(10.0, 10.0) - rod(10.0 - wall, 20.0)
+def test_a_wall_that_the_mesh_cannot_show_is_refused() -> None:
+    """Crumbs are left of it."""
+    thin = rod(10.0, 10.0) - rod(9.9, 20.0)
     with pytest.raises(NotInflatable, match="choose a smaller size"):
         mesh_of(of(thin), 4.0)
 
