@@ -62,6 +62,13 @@ class RigUnits:
         """Pressures in kPa and lengths in mm of the part; see :func:`stages.rig.scaled`."""
         return scaled(pressure, length, self.problem, self.scale, self.youngs_modulus)
 
+    def columns(self, curve: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Columns for a table of a curve, with their units, as the rig shows them."""
+        found = {"rig_pressure [kPa]": self.scaled(curve["pressure"], curve["T3"])[0]}
+        for name in ("elongation", "T1", "T3"):
+            found[f"rig_{name} [mm]"] = self.scaled(curve["pressure"], curve[name])[1]
+        return found
+
 
 def rig_units(case: Case) -> RigUnits | None:
     """The rig's units of a case that says what it is printed of."""
@@ -83,15 +90,10 @@ def read_simulation(path: Path) -> Simulation:
 
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
     """All curves as one table with the units in its first line, and in the rig's units if they are given."""
-    heading = ["field", *(f"{name} [{UNITS.get(name, '1')}]" for name in COLUMNS)]
-    lengths = ("elongation", "T1", "T3")
-    if rig:
-        heading += ["rig_pressure [kPa]", *(f"rig_{name} [mm]" for name in lengths)]
-    rows: list[list[str]] = []
+    heading, rows = ["field"], list[list[str]]()
     for field, curve in simulation.curves.items():
-        columns = [curve[name] for name in COLUMNS]
-        if rig:
-            pressure = rig.scaled(curve["pressure"], curve["T3"])[0]
-            columns += [pressure, *(rig.scaled(curve["pressure"], curve[name])[1] for name in lengths)]
-        rows += [[field, *(f"{value:.10g}" for value in row)] for row in zip(*columns, strict=True)]
+        columns = {f"{name} [{UNITS.get(name, '1')}]": curve[name] for name in COLUMNS}
+        columns |= rig.columns(curve) if rig else {}
+        heading = ["field", *columns]
+        rows += [[field, *(f"{value:.10g}" for value in row)] for row in zip(*columns.values(), strict=True)]
     return table_file.as_csv(heading, rows)
