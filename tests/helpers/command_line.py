@@ -26,6 +26,9 @@ optimizer:
   max_updates: 1
 """
 
+#: Its part has walls that no air stays behind: where that is not the question, a run ends with the part.
+TO_PART = ("--until", "export")
+
 
 @dataclass(frozen=True)
 class Ended:

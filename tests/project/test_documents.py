@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from command_line import TINY, Poro
+from command_line import TINY, TO_PART, Poro
 from documents import PAGES, ROOT, anchors, blocks, commands, follow, links
 from synthetic import EXAMPLE
 
@@ -57,7 +57,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the tiny case has run to the end under the name of the shipped one."""
     folder = tmp_path_factory.mktemp("results")
     (folder / "case14.yaml").write_text(SHORT)
-    assert call(["run", str(folder / "case14.yaml"), "--output", str(folder), "--threads", "1"]) == 0
+    assert call(["run", str(folder / "case14.yaml"), *TO_PART, "--output", str(folder), "--threads", "1"]) == 0
     return folder
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Poro
+from command_line import TO_PART, Poro
 from synthetic import EXAMPLE
 
 from pipeline.cli.app import program
@@ -25,7 +25,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
     "refine": (["tiny.h5"], {"refine"}),
     "mirror": (["tiny.h5"], {"mirror"}),
     "export": (["tiny.h5"], {"export"}),
-    "run": (["tiny.yaml", "--output", "."], {"name", "export", "stage_seconds"}),
+    "run": (["tiny.yaml", *TO_PART, "--output", "."], {"name", "export", "stage_seconds"}),
     "status": (["tiny.yaml", "--output", "."], {"steps"}),
     "plot": (["tiny.h5"], {"name", "problems"}),
     "check": (["tiny.stl", "--pitch", "1.0"], {"passed", "findings"}),
