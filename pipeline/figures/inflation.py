@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.results.inflation import Inflation
+from pipeline.results.inflation import Response
 from pipeline.results.simulation import Curves, RigUnits
 
 PRINTED, FIELD = "#c55a11", "#1f4e79"
@@ -15,14 +15,15 @@ PRINTED, FIELD = "#c55a11", "#1f4e79"
 PANELS = {"elongation": "travel of the spring's end [mm]", "T3": "T3 [mm]", "theta2": "arm rotation θ2 [degrees]"}
 
 
-def inflation(found: Inflation, simulation: Curves | None = None) -> Figure:
+def inflation(found: Response, simulation: Curves | None = None, rig: RigUnits | None = None) -> Figure:
     """Travel of the spring's end, T3 and θ2 over the pressure, and the optimiser's values at p_in.
 
     Args:
-        found: the response of the part; with the rig's units drawn in kPa and mm of the part.
+        found: the response of the part.
         simulation: of the density field, if there is one; drawn as far as the part's pressure goes.
+        rig: draws in kPa and mm of the part; N/mm² and mm of the computed actuator without.
     """
-    rig, curve = found.rig, found.curve
+    curve = found.curves
     figure = Figure(figsize=(12.0, 4.2), dpi=110, layout="constrained")
     reached = curve["pressure"].max()
     # Every point tells p_in but the first, which has no pressure.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -16,19 +17,31 @@ from pipeline.store import tables as table_file
 from stages.inflation import TARGET, UNITS
 
 
+class Response(Protocol):
+    """What an inflation is drawn from: as it was computed, or read from its artifact."""
+
+    @property
+    def curves(self) -> Mapping[str, Floats]:
+        """Column -> values along the path."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """Of the stage."""
+
+
 @dataclass(frozen=True)
 class Inflation:
     """The response of a part.
 
     Attributes:
         name: of the part.
-        curve: column -> values along the path, (n_points,); see :data:`stages.inflation.UNITS`.
+        curves: column -> values along the path, (n_points,); see :data:`stages.inflation.UNITS`.
         summary: of the stage.
         rig: what turns the curve into that of the part on the rig; None if the case does not say what is printed.
     """
 
     name: str
-    curve: dict[str, Floats]
+    curves: dict[str, Floats]
     summary: dict[str, Any]
     rig: RigUnits | None
 
@@ -40,6 +53,8 @@ class Inflated:
     Attributes:
         points: undeformed nodes, (n_nodes, 3), mm.
         cells: (n_cells, 10), in VTK's order.
+        boundary: nodes of the faces of the surface, (n_faces, 6), corners first, counter-clockwise seen from outside;
+            without those on the plane X2 = 0 of a half.
         displacement: (n_nodes, 3), mm.
         strain: sqrt(2 Ψ / E), mean around every node, (n_nodes,).
         limit: of the strain.
@@ -48,6 +63,7 @@ class Inflated:
 
     points: Floats
     cells: Ints
+    boundary: Ints
     displacement: Floats
     strain: Floats
     limit: float
@@ -83,6 +99,7 @@ def read_states(path: Path) -> Inflated | None:
     return Inflated(
         found["points"],
         found["connectivity"].reshape(-1, 10),
+        found["boundary"],
         found["displacement"][here],
         found["strain"][here],
         summary["strain_limit"],
@@ -92,8 +109,8 @@ def read_states(path: Path) -> Inflated | None:
 
 def as_csv(inflation: Inflation) -> str:
     """The curve as a table with the units in its first line, and in the rig's units where they are known."""
-    columns = {f"{name} [{unit}]": inflation.curve[name] for name, unit in UNITS.items()}
+    columns = {f"{name} [{unit}]": inflation.curves[name] for name, unit in UNITS.items()}
     if inflation.rig:
-        columns |= inflation.rig.columns(inflation.curve)
+        columns |= inflation.rig.columns(inflation.curves)
     rows = [[f"{value:.10g}" for value in row] for row in zip(*columns.values(), strict=True)]
     return table_file.as_csv(columns, rows)

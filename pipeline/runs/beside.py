@@ -117,7 +117,8 @@ def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
 
     simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
     beside = read_simulation(simulated) if simulated.exists() and not adopted else None
-    save(inflation(read_inflation(step.path), beside), path)
+    found = read_inflation(step.path)
+    save(inflation(found, beside, found.rig), path)
     return {}
 
 
