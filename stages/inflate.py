@@ -171,7 +171,8 @@ def _follow(inflation: Inflation, course: Course, settings: Settings, observer: 
     from actuator.solve.path import Control, begin, follow
 
     loads = np.linspace(0.0, settings.max_load, settings.points + 1)
-    stops = sorted({*loads[1:].tolist(), *([TARGET] if settings.max_load >= TARGET else [])})
+    # At half of p_in too, so that full over half pressure is computed, not interpolated.
+    stops = sorted({*loads[1:].tolist(), *(load for load in (0.5 * TARGET, TARGET) if load <= settings.max_load)})
     control = Control(first=stops[0], largest=LARGEST_STEP, least_cosine=LEAST_COSINE)
     here = begin(inflation, inflation.rest, 0.0, control)
     course.add(inflation, here)

@@ -26,7 +26,7 @@ optimizer:
   max_updates: 1
 """
 
-#: Its part has walls that no air stays behind: where that is not the question, a run ends with the part.
+#: Inflating its part takes seconds: where that is not the question, a run ends with the part.
 TO_PART = ("--until", "export")
 
 

@@ -69,7 +69,7 @@ def test_progress_goes_to_standard_error_and_into_the_log(folder: Path, poro: Po
 
 def test_summary_tells_what_a_user_wants_to_know(folder: Path, poro: Poro) -> None:
     out = poro("run", "tiny.yaml", *TO_PART, "--output", ".").out
-    assert out.startswith("tiny\n  holds air           no\n")
+    assert out.startswith("tiny\n  holds air           yes\n")
     for name in ("C0", "T3", "theta2", "spring elongation", "volume", "watertight", "bounding box", "seconds", "files"):
         assert re.search(rf"^  {name} {{2,}}", out, flags=re.MULTILINE), name
     assert re.search(r"bounding box +15\.00 x ", out)

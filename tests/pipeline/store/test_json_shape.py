@@ -35,7 +35,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
     "fit": (["rubber.csv"], {"best", "fits"}),
     "compare": (["tiny.h5", "measured.csv", "--youngs", "1.0"], {"target", "hysteresis", "linearity"}),
     "simulate": (["tiny.h5", "--max-load", "0.2"], {"simulate"}),
-    "inflate": (["tiny.stl"], {"name", "export"}),
+    "inflate": (["tiny.stl", "--size", "20"], {"name", "export"}),
     "report": (["tiny.h5", "--no-check"], {"name", "problems"}),
     "sweep": (["study.yaml", "--dry-run"], {"study", "cases"}),
 }
