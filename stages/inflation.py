@@ -299,7 +299,8 @@ def verdict(found: Mapping[str, Any]) -> list[tuple[str, str]]:
         text.append(("as printed", travel))
         if found["optimised"]:
             change = found["optimised"]["elongation"]["relative"]
-            text.append(("", f"travel {100.0 * change:+.1f} % of what the optimiser found"))
+            which = "more" if change > 0.0 else "less"
+            text.append(("", f"{100.0 * abs(change):.1f} % {which} than the optimiser found"))
         share, limit = 100.0 * at["share_above"], 100.0 * found["strain_limit"]
         above = f"strain above its limit of {limit:g} % in {share:.2g} % of the volume"
         text.append(("", f"{above}, 99 % stay below {100.0 * at['strain_p99']:.3g} %"))

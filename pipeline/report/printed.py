@@ -30,7 +30,7 @@ def entries(found: Summary) -> list[Entry]:
 
     def beside(name: str) -> str:
         change = optimised.get(name, {}).get("relative")
-        return "" if change is None else f", {100.0 * change:+.1f} % of the optimiser's"
+        return "" if change is None else f", {100.0 * change:+.1f} % against the optimiser"
 
     rows = [
         Entry("travel of the spring's end", f"{abs(at['elongation']):.3f} mm{beside('elongation')}"),

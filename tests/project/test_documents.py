@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from command_line import TINY, TO_PART, Poro
+from command_line import COARSE, TINY, TO_PART, Poro
 from documents import PAGES, ROOT, anchors, blocks, commands, follow, links
 from synthetic import EXAMPLE
 
@@ -23,7 +23,7 @@ ELSEWHERE_RUN = ("README.md", "artifacts.md")
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
 #: The response to pressure in as few steps as will do.
-SHORT = TINY + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+SHORT = TINY + COARSE + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
 
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
