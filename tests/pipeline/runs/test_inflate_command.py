@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import json
 from pathlib import Path
 
+import lxml.html
 import numpy as np
 import pytest
 import trimesh
@@ -16,8 +18,9 @@ from shapes import rod
 
 import poro as door
 from pipeline.exit_codes import ExitCode
+from pipeline.results.inflation import Inflation, read_states
 from pipeline.runs.progress import Reporter
-from pipeline.store import artifact
+from pipeline.store import artifact, contents
 from stages.events import Event, LoadStep
 from stages.units import PRESSURES, in_kpa
 
@@ -155,8 +158,9 @@ def test_exported_part_is_known_by_its_record_and_a_changed_one_keeps_the_case(f
     assert "export: given (tiny.stl)\n" in poro("inflate", "tiny.stl", "--size", 20).err
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn", "quickly")
 def test_run_ends_with_the_verdict_or_with_the_part(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And the report and the door say the same."""
     monkeypatch.setattr("pipeline.figures.inflated.drawn_apart", _pixel)
     (folder / "tiny.yaml").write_text(
         TINY + COARSE + "mirror: {threshold: -1.0}\nrig: {youngs_modulus: 1.0}\nexport: {scale: 1.5}\n"
@@ -174,9 +178,54 @@ def test_run_ends_with_the_verdict_or_with_the_part(folder: Path, poro: Poro, mo
     assert "mm, as printed" in (folder / "tiny.rig.md").read_text()
     assert {line.split()[1] for line in poro("status", "tiny.yaml", "--output", ".").out.splitlines()} == {"up"}
     assert poro("run", "tiny.yaml", "--output", ".", "--dry-run").out.splitlines()[-1].split()[:2] == ["inflate", "up"]
+    check_report(folder, poro)
+    check_door(folder)
     # Another scale is another part, with an inflation of its own.
     assert poro("export", "tiny.h5", "--scale", 2.0).code == ExitCode.OK
     assert "tiny.scale-2.inflation.h5" in poro("status", "tiny.scale-2.stl", "--json").out
+
+
+def check_report(folder: Path, poro: Poro) -> None:
+    """The report of an inflated part: verdict first, a section, and the part bent and coloured by strain."""
+    assert poro("report", "tiny.h5", "--no-check").code == ExitCode.OK
+    page = lxml.html.document_fromstring((folder / "tiny.report.html").read_bytes())
+    found = contents.summary(folder / "tiny.inflation.h5", "inflate")
+    travel = f"travel {abs(found['at_target']['elongation']):.3f} mm"
+    assert page.get_element_by_id("verdict").text_content().startswith(f"As printed: holds air; {travel}")
+    (section,) = page.xpath("//section[@aria-labelledby='printed']")
+    assert "against the optimiser" in section.text_content()
+    assert len(section.xpath(".//table[@id='worst']/tbody/tr")) == len(found["worst"]) > 0
+    assert len(section.xpath(".//figure//img[starts-with(@src, 'data:image/svg+xml')]")) == 1
+    model = json.loads(page.xpath("//script[@id='model']/text()")[0])
+    values = np.frombuffer(base64.b64decode(model["values"]), dtype="u1") / 255.0
+    state = read_states(folder / "tiny.inflation.h5")
+    assert state
+    assert values.max() == pytest.approx(state.strain[state.boundary[:, :3]].max() / (2.0 * state.limit), abs=0.01)
+    low, high = np.array(model["low"]), np.array(model["high"])
+    points = state.points[np.unique(state.boundary[:, :3])]
+    assert low[1] == pytest.approx(-high[1], rel=1e-6)  # both halves
+    assert high[1] == pytest.approx(points[:, 1].max(), rel=0.05)
+    moved = low + np.frombuffer(base64.b64decode(model["moved"]), dtype="<u2").reshape(-1, 3) / 65535.0 * (high - low)
+    rest = low + np.frombuffer(base64.b64decode(model["rest"]), dtype="<u2").reshape(-1, 3) / 65535.0 * (high - low)
+    largest = np.abs(state.displacement[np.unique(state.boundary[:, :3])]).max()
+    assert np.abs(moved - rest).max() == pytest.approx(largest, rel=0.02)
+
+
+def check_door(folder: Path) -> None:
+    """From Python the numbers are the same."""
+    case, design = door.read_case(folder / "tiny.yaml"), door.load(folder / "tiny.h5")
+    assert isinstance(design, door.OptimisedDesign)
+    result = door.inflate(case, folder / "tiny.stl", design, threads=1)
+    found = door.load(folder / "tiny.inflation.h5")
+    assert isinstance(found, Inflation)
+    for name, values in result.curves.items():
+        np.testing.assert_array_equal(values, found.curves[name])
+    assert result.summary["optimised"] == found.summary["optimised"]
+    sheet = door.rig(case, design, result)
+    assert sheet.as_printed
+    assert sheet.spring_travel == pytest.approx(1.5 * abs(found.summary["at_target"]["elongation"]))
+    assert not door.rig(case, design).as_printed
+    assert len(door.figures.inflation(found, rig=found.rig).axes) == 3
 
 
 @pytest.mark.usefixtures("undrawn")
