@@ -49,3 +49,7 @@ class InvalidSettings(Failure):
 
 class NotInflatable(Failure):
     """A solid is not one body that two plates close to an air chamber, or has walls that its mesh cannot show."""
+
+
+class Leaking(NotInflatable):
+    """Two plates do not close a solid to an air chamber."""

@@ -12,6 +12,7 @@ from pipeline.figures.comparison import comparison
 from pipeline.figures.designs import FIGURES, DesignFigure
 from pipeline.figures.fit import fit
 from pipeline.figures.history import history
+from pipeline.figures.inflation import inflation
 from pipeline.figures.initial import initial
 from pipeline.figures.layers import layers
 from pipeline.figures.part import part
@@ -28,6 +29,7 @@ __all__ = [
     "comparison",
     "fit",
     "history",
+    "inflation",
     "initial",
     "layers",
     "part",

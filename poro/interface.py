@@ -20,6 +20,7 @@ import stages.check
 import stages.compare
 import stages.export
 import stages.fit
+import stages.inflate
 import stages.mirror
 import stages.optimize
 import stages.refine
@@ -33,6 +34,7 @@ from pipeline.measured.comparison import prediction_of
 from pipeline.measured.measurement import read_measurement
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.design import OptimisedDesign, read_design
+from pipeline.results.inflation import Inflation, read_inflation
 from pipeline.results.simulation import Curves, Simulation, read_simulation
 from pipeline.store import artifact, contents
 from pipeline.store.solid_file import SolidFile, read_solid
@@ -191,14 +193,55 @@ def simulate(
     )
 
 
-def rig(case: Case, design: stages.optimize.Result | None = None) -> stages.rig.Result:
-    """The test rig for a case's part: pressure in kPa, arm and spring; the travel too if a design is given.
+def inflate(
+    case: Case,
+    part: PathName | Solid,
+    design: stages.optimize.Result | None = None,
+    *,
+    threads: int | None = None,
+    observer: Observer = silent,
+    **options: Any,
+) -> stages.inflate.Result:
+    """Inflate a part as it is printed, on a mesh that fits it; see :func:`stages.inflate.run`.
+
+    Args:
+        case: its material, load, arm and spring, and the settings of the section ``inflate``.
+        part: STL or 3MF file of any origin, or a solid in the size of the print, such as of :func:`export`.
+        design: that the part came from, to compare with.
+        threads: instead of the case's.
+        observer: is called with every :class:`poro.LoadStep`.
+        options: fields of :class:`stages.inflate.Settings` instead of the case's, such as ``size=2.0``.
+
+    Raises:
+        Failure: if the part is no solid that holds air between plates, or the mesh too coarse for it.
+    """
+    case, solid = with_changes(case, {f"inflate.{name}": value for name, value in options.items()}), _solid(part)
+    return stages.inflate.run(
+        solid.vertices,
+        solid.triangles,
+        case.optimize,
+        case.inflate,
+        _compute(case, threads),
+        observer,
+        case.rig.youngs_modulus,
+        design.summary if design else None,
+    )
+
+
+def rig(
+    case: Case, design: stages.optimize.Result | None = None, inflated: stages.inflate.Result | None = None
+) -> stages.rig.Result:
+    """The test rig for a case's part: pressure in kPa, arm and spring.
+
+    The travel is that of the part as printed if its inflation is given, or else of the design if that is.
 
     Raises:
         Fault: if the case does not say what the part is printed of, ``rig.youngs_modulus``.
     """
-    elongation = float(design.summary["spring_elongation"]) if design else None
-    return stages.rig.run(case.optimize, case.export.scale, _printed_modulus(case), case.rig, elongation)
+    at = inflated.summary["at_target"] if inflated else None
+    elongation = at["elongation"] if at else float(design.summary["spring_elongation"]) if design else None
+    modulus = _printed_modulus(case)
+    return stages.rig.run(case.optimize, case.export.scale, modulus, case.rig, elongation, as_printed=bool(at))
 
 
 def check(part: PathName | Solid, **options: Any) -> stages.check.Result:
@@ -270,12 +313,13 @@ def compare(
 # ------------------------------------------------------------------------------------------------ artifacts
 
 
-def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation:
+def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation | Inflation:
     """What a finished artifact or an exported part holds.
 
     Returns:
         Of ``NAME.h5`` the design, of ``NAME.refined.h5`` the refined one, of ``NAME.solid.h5`` the closed surface, of
-        ``NAME.simulation.h5`` the curves, and of an ``.stl`` or ``.3mf`` its triangles.
+        ``NAME.simulation.h5`` the curves, of ``NAME.inflation.h5`` the curve of the part, and of an ``.stl`` or
+        ``.3mf`` its triangles.
 
     Raises:
         Fault: if the file is missing, unreadable, or none of these.
@@ -300,11 +344,12 @@ def _surface(path: Path) -> Surface:
     return Surface(*contents.surface(path))
 
 
-_LOADERS: dict[str, Callable[[Path], OptimisedDesign | stages.refine.Result | Surface | Simulation]] = {
+_LOADERS: dict[str, Callable[[Path], OptimisedDesign | stages.refine.Result | Surface | Simulation | Inflation]] = {
     "optimize": read_design,
     "refine": _refined,
     "mirror": _surface,
     "simulate": read_simulation,
+    "inflate": read_inflation,
 }
 
 

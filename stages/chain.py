@@ -104,8 +104,23 @@ class Stage:
         """Its module; imports it."""
         return cast("StageModule", importlib.import_module(self.module))
 
+    @property
+    def of_part(self) -> bool:
+        """Whether its files are named after the part, not after the case: it makes or takes one."""
+        return self.makes_part or self.takes_part
+
+    @property
+    def takes_part(self) -> bool:
+        """Whether it works on the part that the stage before it makes."""
+        return bool(self.after) and STAGES[self.after].makes_part
+
+    def verdict(self, summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """What a user reads first of all of a summary, names and values: whether the result is any good."""
+        verdict: list[tuple[str, str]] = self._call("verdict", [], summary)
+        return verdict
+
     def lines(self, summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """What a user reads of a summary, names and values."""
+        """What a user reads of a summary besides, names and values."""
         lines: list[tuple[str, str]] = self._call("lines", [], summary)
         return lines
 
@@ -132,6 +147,14 @@ THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
 SIZE = Option("--size", float, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
+PART_SCALE = Option(
+    "--scale", float, "inflate", "part_scale", "Size of the part over size of the domain. Default: by their lengths."
+)
+PRESSURE = Option("--pressure", str, "inflate", "pressure", "p_in on the print of --youngs, with its unit: '20 kPa'.")
+BLOCKED = Option("--blocked", bool, "inflate", "blocked", "Also compute the force at the arm's end if that is held.")
+AXIS = Option(
+    "--axis", str, "inflate", "axis", "Axis between the end faces that plates are glued on.", dict.fromkeys("xyz")
+)
 INFLATE_TO = Option("--max-load", float, "inflate", "max_load", "Largest pressure over p_in.")
 MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure over p_in.")
 
@@ -144,8 +167,8 @@ def youngs(meaning: str = "") -> Option:
 
 STAGES: Registry[Stage] = Registry("stage")
 
-#: What `poro run` makes unless it is told otherwise.
-GOAL = "export"
+#: What `poro run` makes unless it is told otherwise, and the part without what it does under pressure.
+GOAL, PART = "inflate", "export"
 
 for _row in (
     Stage(
@@ -202,7 +225,22 @@ for _row in (
         suffix=".inflation.h5",
         sections=("inflate", "domain", "material", "load", "objective", "rig"),
         after="export",
-        options=(SIZE, INFLATE_TO, youngs("also gives the response in the rig's units"), THREADS),
+        options=(
+            SIZE,
+            INFLATE_TO,
+            PRESSURE,
+            youngs("curve in the rig's units"),
+            PART_SCALE,
+            AXIS,
+            BLOCKED,
+            THREADS,
+        ),
+        beside=(
+            Beside("inflation", ".inflation.csv", of_result=True),
+            Beside("inflation-figure", ".inflation.png", of_result=True),
+            Beside("inflated-figure", ".inflated.png", of_result=True),
+            Beside("rig", ".rig.md", settings="stages.rig"),
+        ),
     ),
 ):
     STAGES.register(_row.name, _row)

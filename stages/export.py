@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from actuator.arrays import Floats, Ints
 from actuator.failure import LooseBodies
+from stages import check
 from stages.datasets import Packed, Product, surface
 from stages.events import Message, Observer, silent
 from stages.formats import FORMATS
@@ -24,7 +25,7 @@ from stages.task import Task
 if TYPE_CHECKING:
     from actuator.geometry.bodies import Shell
 
-VERSION = 2
+VERSION = 3
 
 Islands = Literal["remove", "refuse"]
 
@@ -72,7 +73,8 @@ class Result:
         passed: whether every check of the file passed.
         report: ``manifold`` (what manifold3d did), ``file`` (the :class:`~stages.inspection.Inspection`), ``islands``
             (the removed ones, volume in mm³ and centre in mm), ``decimated`` (triangles left out), ``moved``
-            (how far the surface lies off because of that, mm), ``checks`` (name -> passed).
+            (how far the surface lies off because of that, mm), ``checks`` (name -> passed), ``holds_air`` between
+            plates on both ends, and ``chamber``, the sentence that says where it gets out if not.
     """
 
     data: bytes
@@ -137,6 +139,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         "volume_as_written": abs(found.volume - volume) <= VOLUME_TOLERANCE * volume,
         "bounding_box_as_written": bool(np.abs(found_box - box).max() <= 1e-6 * np.abs(box).max()),
     }
+    air = check.air_chamber(surface, check.Settings())
     steps = {key: value for key, value in vars(proof).items() if key != "surface"}
     report: dict[str, Any] = {
         "manifold": steps,
@@ -145,6 +148,8 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         "decimated": len(whole.triangles) - len(surface.triangles),
         "moved": off,
         "checks": checks,
+        "holds_air": air.verdict == "pass",
+        "chamber": air.text,
     }
     return Result(
         data,
@@ -177,7 +182,7 @@ def pack(result: Result) -> Packed:
     failed = ", ".join(name for name, passed in result.report["checks"].items() if not passed)
     remedy = "refine further (refine.factor, refine.filter_radius) or optimise longer"
     flaw = f"the solid fails its checks ({failed}); {remedy}"
-    summary = {key: result.report[key] for key in ("manifold", "islands", "decimated", "moved", "checks")}
+    summary = {key: value for key, value in result.report.items() if key != "file"}
     inspected = partial(_inspected, result.report["file"]["format"])
     return Packed(summary, product=Product(result.data, "" if result.passed else flaw, inspected))
 
@@ -193,6 +198,13 @@ def _inspected(format: str, data: bytes) -> tuple[dict[str, Any], str]:
     }
     whole = found.watertight and found.volume > 0.0
     return summary, "" if whole else "is not watertight when read back; export again"
+
+
+def verdict(part: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Whether the part holds air, and where it gets out if not."""
+    if "holds_air" not in part:  # of an older record
+        return []
+    return [("holds air", "yes")] if part["holds_air"] else [("holds air", "no"), ("", part["chamber"])]
 
 
 def lines(part: Mapping[str, Any]) -> list[tuple[str, str]]:

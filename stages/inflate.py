@@ -6,7 +6,6 @@ and stresses count in the units of the case: the part is scaled back to the size
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,12 +14,14 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import InvalidSettings, SolveFailure
+from actuator.failure import InvalidSettings, Leaking, NotInflatable, SolveFailure
 from actuator.geometry.printing.directions import Axis
+from stages import check
 from stages.events import LoadStep, Message, Observer, silent
-from stages.inflation import TARGET, Course, Result, lines, pack, shortfall
+from stages.inflation import TARGET, Course, Result, lines, pack, shortfall, verdict
 from stages.settings import ProblemSettings, Section
 from stages.task import Compute, Task
+from stages.units import in_kpa
 
 if TYPE_CHECKING:
     from actuator.body.inflation import Inflation
@@ -28,12 +29,10 @@ if TYPE_CHECKING:
     from actuator.body.plates import Glued
     from actuator.parameters import Load, Material
 
-__all__ = ["VERSION", "Result", "Settings", "lines", "pack", "run", "shortfall", "start"]
+__all__ = ["VERSION", "Result", "Settings", "lines", "pack", "run", "shortfall", "start", "verdict"]
 
 VERSION = 1
 
-#: kPa of the units that a pressure may be given in.
-UNITS = {"kpa": 1.0, "pa": 1e-3, "mpa": 1e3, "n/mm²": 1e3, "n/mm^2": 1e3, "bar": 100.0, "mbar": 0.1, "psi": 6.894757}
 #: Stiffness of a spring that holds the arm's end, over E R: the deflection left is a millionth of the length or less.
 HELD = 1e3
 #: Largest arc length of a step, about the whole of p_in, and how far the path may turn on it: the parts respond almost
@@ -42,16 +41,8 @@ LARGEST_STEP, LEAST_COSINE = 1.0, 0.9
 
 
 def _in_kpa(value: Any) -> Any:
-    """A pressure with its unit in kPa."""
-    if not isinstance(value, str):
-        return value
-    found = re.fullmatch(r"\s*([-+.\deE]+)\s*([A-Za-z/²^2]+)\s*", value)
-    if not found or found[2].lower() not in UNITS:
-        raise ValueError(f"must be a number with one of the units {', '.join(UNITS)}, as in '20 kPa'")
-    try:
-        return float(found[1]) * UNITS[found[2].lower()]
-    except ValueError:
-        raise ValueError("must be a number with a unit, as in '20 kPa'") from None
+    """A pressure, which may have its unit, in kPa."""
+    return in_kpa(value) if isinstance(value, str) else value
 
 
 class Settings(Section):
@@ -60,7 +51,7 @@ class Settings(Section):
     size: float = Field(2.0, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
     max_load: float = Field(1.5, gt=0, description="largest pressure over p_in [-]")
     points: int = Field(6, ge=1, le=100, description="states between zero and the largest pressure that are stored [-]")
-    pressure: Annotated[float | None, BeforeValidator(_in_kpa)] = Field(
+    pressure: Annotated[float | None, BeforeValidator(_in_kpa, json_schema_input_type=float | str | None)] = Field(
         None, ge=0, description="p_in on the print of rig.youngs_modulus, instead of the case's; as 20 kPa [kPa]"
     )
     part_scale: float | None = Field(
@@ -100,12 +91,11 @@ def run(
     """
     # scikit-fem, SciPy, Mmg: only where it runs
     from actuator.body.meshing import mesh_of
-    from actuator.body.plates import glued
     from actuator.threads import use_threads
 
     compute = compute or Compute()
     use_threads(compute.threads)
-    solid = glued(vertices, triangles, settings.axis)
+    solid = _glued(vertices, triangles, settings.axis)
     scale = settings.part_scale or solid.length / problem.domain.length
     solid = _in_case_units(solid, scale)
     problem = _with_pressure(problem, settings, youngs_modulus)
@@ -120,7 +110,24 @@ def run(
         force = Course(mesh, problem, scale)
         _follow(_inflation(mesh, material, held, problem, compute), force, settings, silent)
         course.blocked = force.column("spring_force")[force.column("load_factor") == 1.0].tolist()
-    return course.result(optimised)
+    # At another pressure the optimiser's values say nothing.
+    return course.result(optimised if settings.pressure is None else None)
+
+
+def _glued(vertices: Floats, triangles: Ints, axis: Axis) -> Glued:
+    """The solid between plates; one that leaks is refused with the place where the air gets out."""
+    from actuator.body.plates import glued
+    from actuator.geometry.solid import rounded
+
+    try:
+        return glued(vertices, triangles, axis)
+    except Leaking:
+        air = check.air_chamber(rounded(vertices, triangles), check.Settings(axis=axis))
+        if air.verdict == "pass":
+            raise
+        found = air.text[0].lower() + air.text[1:].removesuffix(".")
+        remedy = "close it, for instance by a lower mirror.threshold"
+        raise NotInflatable(f"The solid does not hold air: {found}; {remedy}.") from None
 
 
 def _in_case_units(solid: Glued, scale: float) -> Glued:
@@ -164,7 +171,8 @@ def _follow(inflation: Inflation, course: Course, settings: Settings, observer: 
     from actuator.solve.path import Control, begin, follow
 
     loads = np.linspace(0.0, settings.max_load, settings.points + 1)
-    stops = sorted({*loads[1:].tolist(), *([TARGET] if settings.max_load >= TARGET else [])})
+    # At half of p_in too, so that full over half pressure is computed, not interpolated.
+    stops = sorted({*loads[1:].tolist(), *(load for load in (0.5 * TARGET, TARGET) if load <= settings.max_load)})
     control = Control(first=stops[0], largest=LARGEST_STEP, least_cosine=LEAST_COSINE)
     here = begin(inflation, inflation.rest, 0.0, control)
     course.add(inflation, here)

@@ -290,8 +290,8 @@ def pack(result: Result) -> Packed:
     return Packed(result.summary, datasets, grid)
 
 
-def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What a user reads of the summary."""
+def verdict(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """That the part holds air, and what it does at p_in: travel, and strain against its limit."""
     at = found["at_target"]
     text = [("holds air", "yes")]
     if at is None:
@@ -302,22 +302,28 @@ def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
         text.append(("as printed", travel))
         if found["optimised"]:
             change = found["optimised"]["elongation"]["relative"]
-            text.append(("", f"travel {100.0 * change:+.1f} % of what the optimiser found"))
+            which = "more" if change > 0.0 else "less"
+            text.append(("", f"{100.0 * abs(change):.1f} % {which} than the optimiser found"))
         share, limit = 100.0 * at["share_above"], 100.0 * found["strain_limit"]
         above = f"strain above its limit of {limit:g} % in {share:.2g} % of the volume"
         text.append(("", f"{above}, 99 % stay below {100.0 * at['strain_p99']:.3g} %"))
+    return text
+
+
+def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What else a user reads of the summary."""
+    text = []
     if found["full_over_half"]:
-        text.append(("", f"full over half pressure gives {found['full_over_half']:.2f} times the travel"))
+        text.append(f"full over half pressure gives {found['full_over_half']:.2f} times the travel")
     for load in found["limit_points"]:
-        text.append(("", f"limit point at a load factor of {load:.4g}: the part snaps"))
+        text.append(f"limit point at a load factor of {load:.4g}: the part snaps")
     if touching := found["touching"]:
         place = ", ".join(f"{x:.1f}" for x in touching["at"])
-        text.append(
-            ("", f"walls touch from a load factor of {touching['load_factor']:.3g}, at ({place}) mm; not computed")
-        )
+        load = touching["load_factor"]
+        text.append(f"walls touch from a load factor of {load:.3g}, at ({place}) mm; not computed")
     if found["blocked_force"] is not None:
-        text.append(("", f"blocked force at the arm's end {abs(found['blocked_force']):.4g} N"))
-    return text
+        text.append(f"blocked force at the arm's end {abs(found['blocked_force']):.4g} N")
+    return [("inflated" if row == 0 else "", sentence) for row, sentence in enumerate(text)]
 
 
 def shortfall(found: Mapping[str, Any], path: str) -> str:

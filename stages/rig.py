@@ -42,6 +42,7 @@ class Result:
         spring_stiffness: k̄_sp of the whole actuator, N/mm.
         spring_length: free length of the cantilever that has this stiffness, mm; infinite without a spring.
         spring_travel: of the spring's end at p̄_in, mm; None if no design has been evaluated.
+        as_printed: whether that is what the exported part does, and not the optimised density field.
     """
 
     scale: float
@@ -52,10 +53,17 @@ class Result:
     spring_stiffness: float
     spring_length: float
     spring_travel: float | None
+    as_printed: bool = False
 
 
 def run(
-    problem: ProblemSettings, scale: float, youngs_modulus: float, settings: Settings, elongation: float | None = None
+    problem: ProblemSettings,
+    scale: float,
+    youngs_modulus: float,
+    settings: Settings,
+    elongation: float | None = None,
+    *,
+    as_printed: bool = False,
 ) -> Result:
     """Scale a case to a part and a material.
 
@@ -64,7 +72,8 @@ def run(
         scale: R̄ / R.
         youngs_modulus: Ē, N/mm².
         settings: the spring's plate.
-        elongation: of the spring in the optimised case, mm.
+        elongation: of the spring in the units of the case, mm; its size is the travel.
+        as_printed: whether that is of the exported part, and not of the optimised density field.
     """
     _, load, _ = problem.parameters()
     stiffer = youngs_modulus / problem.material.youngs_modulus
@@ -82,7 +91,8 @@ def run(
         pressure=pressure,
         spring_stiffness=stiffness,
         spring_length=length,
-        spring_travel=None if elongation is None else travel,
+        spring_travel=None if elongation is None else abs(travel),
+        as_printed=as_printed,
     )
 
 

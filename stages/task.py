@@ -79,6 +79,7 @@ class StageModule(Protocol):
     and these functions:
 
     * ``lines(summary)``: what a user reads of a summary, pairs of name and value;
+    * ``verdict(summary)``: of these, what stands first: whether the result is any good;
     * ``needs(case)``: the least memory for a case, as :class:`Need`;
     * ``shortfall(summary, path)``: what the result at a path lacks, with the remedy, or an empty text; with such a
       result the command ends as interrupted, or as not converged if the summary says ``finished``.

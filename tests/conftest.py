@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import TINY, Ended, Poro
+from command_line import TINY, TO_PART, Ended, Poro
 
 from actuator import compilation
 from actuator.threads import use_threads
@@ -48,7 +48,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the tiny case has run to the end."""
     folder = tmp_path_factory.mktemp("finished")
     (folder / "tiny.yaml").write_text(TINY)
-    assert call(["run", str(folder / "tiny.yaml"), "--output", str(folder), "--threads", "1"]) == 0
+    assert call(["run", str(folder / "tiny.yaml"), *TO_PART, "--output", str(folder), "--threads", "1"]) == 0
     return folder
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from actuator.arrays import Bools, Floats, Ints
-from actuator.failure import NotInflatable
+from actuator.failure import Leaking, NotInflatable
 from actuator.geometry.bodies import shells
 from actuator.geometry.distance import distance
 from actuator.geometry.flaws import flaws
@@ -53,7 +53,8 @@ def glued(vertices: Floats, triangles: Ints, axis: Axis = "x") -> Glued:
         axis: along which the end faces lie opposite.
 
     Raises:
-        NotInflatable: if it is not one closed body with two flat end faces and a closed chamber between them.
+        NotInflatable: if it is not one closed body with two flat end faces and a closed chamber between them; as
+            Leaking where only the chamber is missing.
     """
     surface = rounded(np.roll(vertices, -"xyz".index(axis), axis=1), triangles)
     _check_body(surface)
@@ -107,7 +108,7 @@ def _wall(surface: Surface, length: float, sides: Bools) -> Bools:
     over_middle = (enclosed < 0.0) & (at_fixed | at_arm) & (lowest < 0.5 * length) & (highest > 0.5 * length)
     chambers = through if through.any() else over_middle
     if not chambers.any():
-        raise NotInflatable(
+        raise Leaking(
             "The solid does not hold air: with plates glued on both ends no chamber between them is closed; "
             "`poro check` says where the air gets out."
         )

@@ -16,6 +16,14 @@ def cases(incomplete: str) -> list[str]:
     return sorted({*_files(incomplete, ENDINGS), *shipped})
 
 
+def parts(incomplete: str) -> list[str]:
+    """Solids beside what :func:`cases` offers."""
+    from stages.formats import FORMATS
+
+    solids = _files(incomplete, tuple(format.ending for format in FORMATS.values()))
+    return sorted({*cases(incomplete), *solids})
+
+
 def artifacts(incomplete: str) -> list[str]:
     """Artifacts and folders that begin as what is typed."""
     return _files(incomplete, (".h5",))

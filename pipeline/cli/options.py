@@ -15,6 +15,23 @@ Source = Annotated[
         metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).", autocompletion=completion.cases
     ),
 ]
+SourceOrSolid = Annotated[
+    Path,
+    typer.Argument(
+        metavar="PART",
+        help="Solid (.stl, .3mf) from any program, case file (.yaml), or the artifact of a stage (.h5).",
+        autocompletion=completion.parts,
+    ),
+]
+OfCase = Annotated[
+    Path | None,
+    typer.Option(
+        "--case",
+        help="Case whose material, load, arm and spring a solid is inflated with. Default: the case that it was "
+        "exported from, else the paper's.",
+        autocompletion=completion.cases,
+    ),
+]
 Part = Annotated[Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.")]
 Output = Annotated[
     Path | None,

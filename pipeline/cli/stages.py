@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from pipeline.cli.options import Force, Fresh, Json, Output, Source
-from stages.chain import GOAL, STAGES, Option, Stage, path_to
+from pipeline.cli.options import Force, Fresh, Json, OfCase, Output, Source, SourceOrSolid
+from pipeline.exit_codes import ExitCode, Fault
+from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
 
 Command = Callable[..., None]
 
@@ -27,19 +28,28 @@ def stage_command(row: Stage) -> Command:
     """The command that runs a stage, and those before it that are missing or stale."""
 
     def command(
-        case: Path, output: Path | None, force: bool, as_json: bool, fresh: bool = False, **options: Any
+        case: Path,
+        output: Path | None,
+        force: bool,
+        as_json: bool,
+        fresh: bool = False,
+        of_case: Path | None = None,
+        **options: Any,
     ) -> None:
         from pipeline.runs import perform as commands
 
-        job = commands.open_job(case, output, _changes(row.options, options))
+        if row.takes_part:
+            commands.refuse_other(case)
+        job = commands.open_job(case, output, _changes(row.options, options), of_case)
         steps = commands.plan(job, last=row.name, forced=row.name if force else None)
-        typer.echo(commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
-        commands.refuse_incomplete(steps)
+        _tell(*commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
 
+    part = [_parameter("of_case", OfCase, None)] if row.takes_part else []
     fresh = [_parameter("fresh", Fresh, False)] if row.extent else []
     return _with_parameters(
         command,
-        _parameter("case", Source),
+        _parameter("case", SourceOrSolid if row.takes_part else Source),
+        *part,
         *_of_table(row.options),
         _parameter("output", Output, None),
         _parameter("force", Force, False),
@@ -59,6 +69,7 @@ def run_command() -> Command:
         output: Path | None,
         force: bool,
         fresh: bool,
+        no_inflate: bool,
         dry_run: bool,
         explain: bool,
         as_json: bool,
@@ -68,7 +79,10 @@ def run_command() -> Command:
         from pipeline.runs import perform as commands
         from pipeline.runs import plan_text
 
+        if no_inflate and last:
+            raise Fault(ExitCode.USAGE, f"--no-inflate and --until {last} both say where to stop; leave one out.")
         job = commands.open_job(case, output, _changes(options, given))
+        last = PART if no_inflate else last
         forced = (first or path_to(GOAL)[0]) if force else None
         steps = commands.plan(job, first=first, last=last, forced=forced)
         if dry_run:
@@ -76,10 +90,10 @@ def run_command() -> Command:
             return
         if explain:
             typer.echo(plan_text.as_text(steps, reasons=True), err=True)
-        typer.echo(commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
-        commands.refuse_incomplete(steps)
+        _tell(*commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
 
     names: Any = Literal[*STAGES]
+    no_inflate = typer.Option("--no-inflate", help=f"Stop after {PART}, without what the part does under pressure.")
     dry_run = typer.Option("--dry-run", help="Only say what would run.")
     explain = typer.Option("--explain", help="Say for every stage why it runs or not.")
     return _with_parameters(
@@ -87,6 +101,7 @@ def run_command() -> Command:
         _parameter("case", Source),
         _option("first", names, "--from", "Take the stages before this one as they are."),
         _option("last", names, "--until", f"Stop after this stage. Default: {GOAL}."),
+        _parameter("no_inflate", Annotated[bool, no_inflate], False),
         *_of_table(options),
         _parameter("output", Output, None),
         _parameter("force", Force, False),
@@ -108,6 +123,13 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
 
     steps = commands.status(commands.open_job(case, output))
     typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
+
+
+def _tell(text: str, fault: Fault | None) -> None:
+    """Print a summary, and raise what is wrong with what it says."""
+    typer.echo(text)
+    if fault:
+        raise fault
 
 
 def _changes(options: Iterable[Option], given: dict[str, Any]) -> dict[Option, Any]:

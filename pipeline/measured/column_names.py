@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from pipeline.exit_codes import ExitCode, Fault, shown
 from pipeline.measured.titles import name_and_unit
+from stages.units import PRESSURES, spelling
 
 
 class Quantity(StrEnum):
@@ -48,17 +49,9 @@ _WORDS = {
 _NAMES = {Quantity.PRESSURE: {"p"}, Quantity.DISPLACEMENT: {"d", "u"}, Quantity.TIME: {"t"}}
 
 _VOLTS = {"V": 1.0, "mV": 1e-3}
-#: Factors to kPa, mm and s. psi: pound-force per square inch, exactly 0.45359237 kg · 9.80665 m/s² over (25.4 mm)².
+#: Factors to kPa, mm and s.
 _UNITS = {
-    Quantity.PRESSURE: {
-        "kPa": 1.0,
-        "Pa": 1e-3,
-        "hPa": 0.1,
-        "MPa": 1e3,
-        "bar": 100.0,
-        "mbar": 0.1,
-        "psi": 1e3 * 0.45359237 * 9.80665 / 25.4**2,
-    },
+    Quantity.PRESSURE: PRESSURES,
     Quantity.DISPLACEMENT: {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3, "um": 1e-3},
     Quantity.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
@@ -132,12 +125,8 @@ def _given(where: str, titles: list[str], quantity: Quantity, given: str) -> lis
 
 def _column(where: str, index: int, title: str, unit: str, quantity: Quantity) -> Column:
     units = _UNITS[quantity] | ({} if quantity is Quantity.TIME else _VOLTS)
-    # mPa and MPa, mV and MV are not the same: such units must be written exactly.
-    folded = {name.casefold(): name for name in units if name not in ("MPa", "mV")}
-    known = unit.replace("μ", "µ")
-    known = known if known in units else folded.get(known.casefold(), "")
-    if known in units:
-        return Column(index, title, known, units[known], known in _VOLTS)
+    if spelt := spelling(unit, units):
+        return Column(index, title, spelt, units[spelt], spelt in _VOLTS)
     fault = f"'{shown(unit)}' is no unit of {quantity} that is known" if unit else "it has no unit"
     name, first = name_and_unit(title)[0], next(iter(units))
     remedy = f"write one of {', '.join(units)} into the header, as in '{shown(name)} [{first}]'"

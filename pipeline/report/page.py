@@ -20,13 +20,17 @@ from actuator.failure import Failure
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.figures import designs
 from pipeline.figures.designs import DesignFigure
+from pipeline.figures.inflation import inflation as inflation_figure
 from pipeline.figures.offscreen import CannotDraw
+from pipeline.figures.saving import encoded
 from pipeline.parts.checking import examine
+from pipeline.report import printed as report_printed
 from pipeline.report import response as report_response
 from pipeline.report import rows as report_rows
-from pipeline.report.view3d import DisplayedPart, displayed
+from pipeline.report.view3d import DisplayedPart, displayed, displayed_inflated
 from pipeline.results import paper
 from pipeline.results.design import OptimisedDesign, read_design
+from pipeline.results.inflation import Inflated, Inflation, read_inflation, read_states
 from pipeline.results.simulation import Simulation, read_simulation
 from pipeline.results.wording import duration
 from pipeline.runs.job import Job
@@ -98,6 +102,9 @@ class Gathered:
     part: Path | None = None
     findings: Findings | None = None
     simulation: Simulation | None = None
+    inflation: Inflation | None = None
+    inflated: Inflated | None = None
+    inflation_figure: str = ""
     measured: list[report_rows.Entry] = field(default_factory=list)
     comparison: list[report_rows.Entry] = field(default_factory=list)
     comparison_figure: str = ""
@@ -132,7 +139,7 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
     model: DisplayedPart | None = None
     problems = []
     try:
-        model = displayed(found.design)
+        model = displayed_inflated(found.inflated) if found.inflated else displayed(found.design)
     except Failure as failure:
         problems.append(f"3D view: {failure}")
     figures = list(_figures(found.design))
@@ -153,6 +160,7 @@ def _gather(job: Job, check: bool) -> Gathered:
         found.simulation = read_simulation(found.design.simulation)
     else:
         found.missing.append(Missing("pressure–displacement curve", _command("simulate", path)))
+    _find_inflation(job, found)
     _find_comparison(path, found)
     return found
 
@@ -213,6 +221,17 @@ def _foreign(path: Path) -> Fault:
     return Fault(ExitCode.ARTIFACT, f"{path}: holds no report of poro; delete it and make it again.")
 
 
+def _find_inflation(job: Job, found: Gathered) -> None:
+    """What the part does under pressure, whatever it is that the artifact is of: whether it is stale is said above."""
+    row = next((row for row in found.stages if row.stage == "inflate" and row.header), None)
+    if row:
+        found.inflation, found.inflated = read_inflation(row.path), read_states(row.path)
+        figure = inflation_figure(found.inflation, found.simulation, found.inflation.rig)
+        found.inflation_figure = _address("svg", encoded(figure, "svg", "inflation"))
+    elif found.summary("export").get("holds_air"):
+        found.missing.append(Missing("what the part does under pressure", _command("inflate", found.part or job.part)))
+
+
 def _find_comparison(optimised: Path, found: Gathered) -> None:
     """What ``poro compare`` left beside the design: NAME.compare.json and its figure."""
     stored = optimised.with_name(f"{found.design.name}.compare.json")
@@ -267,7 +286,7 @@ def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | No
     design = found.design
     reference = paper.reference_of(design.case)
     scripts = ["three.js", "report.js"] if model else []
-    exported = found.summary("export")
+    exported, printed = found.summary("export"), found.inflation.summary if found.inflation else None
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -287,6 +306,9 @@ def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | No
         part=report_rows.part(exported, found.summary("mirror")) if exported else [],
         checks=exported.get("checks", {}),
         settings=list(report_rows.settings(design.case)),
+        verdict=report_printed.verdict(exported, printed),
+        printed=report_printed.entries(printed) if printed else [],
+        worst=report_printed.worst(printed) if printed else [],
         simulated=report_response.simulated(found.simulation.summary) if found.simulation else [],
         simulation_values=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
         duration=duration,

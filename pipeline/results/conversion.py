@@ -12,12 +12,13 @@ import meshio
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import artifact
-from stages.datasets import HEXAHEDRON, QUADRATIC_HEXAHEDRON, TRIANGLE
+from stages.datasets import HEXAHEDRON, QUADRATIC_HEXAHEDRON, QUADRATIC_TETRAHEDRON, TRIANGLE
 
 _CELLS = {
     TRIANGLE: "triangle",
     HEXAHEDRON: "hexahedron",
     QUADRATIC_HEXAHEDRON: "hexahedron20",
+    QUADRATIC_TETRAHEDRON: "tetra10",
 }
 
 

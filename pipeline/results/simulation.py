@@ -64,6 +64,13 @@ class RigUnits:
         """Pressures in kPa and lengths in mm of the part; see :func:`stages.rig.scaled`."""
         return scaled(pressure, length, self.problem, self.scale, self.youngs_modulus)
 
+    def columns(self, curve: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Columns for a table of a curve, with their units, as the rig shows them."""
+        found = {"rig_pressure [kPa]": self.scaled(curve["pressure"], curve["T3"])[0]}
+        for name in ("elongation", "T1", "T3"):
+            found[f"rig_{name} [mm]"] = self.scaled(curve["pressure"], curve[name])[1]
+        return found
+
 
 def rig_units(case: Case) -> RigUnits | None:
     """The rig's units of a case that says what it is printed of."""
@@ -94,11 +101,8 @@ def read_simulation(path: Path) -> Simulation:
 
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
     """The curve as a table with the units in its first line, and in the rig's units if they are given."""
-    heading = [f"{name} [{UNITS.get(name, '1')}]" for name in COLUMNS]
-    columns = [simulation.curves[name] for name in COLUMNS]
-    if rig:
-        lengths = ("elongation", "T1", "T3")
-        heading += ["rig_pressure [kPa]", *(f"rig_{name} [mm]" for name in lengths)]
-        moved = [rig.scaled(simulation.curves["pressure"], simulation.curves[name]) for name in lengths]
-        columns += [moved[0][0], *(length for _, length in moved)]
-    return table_file.as_csv(heading, ([f"{value:.10g}" for value in row] for row in zip(*columns, strict=True)))
+    columns = {f"{name} [{UNITS.get(name, '1')}]": simulation.curves[name] for name in COLUMNS}
+    columns |= rig.columns(simulation.curves) if rig else {}
+    return table_file.as_csv(
+        list(columns), ([f"{value:.10g}" for value in row] for row in zip(*columns.values(), strict=True))
+    )

@@ -39,7 +39,9 @@ def as_text(name: str, summaries: Summaries, beside: Iterable[tuple[str, str]], 
         beside: names and values of what was said of the files beside the artifacts.
         files: that were written or found up to date.
     """
-    lines = [line for stage, summary in summaries.items() for line in STAGES[stage].lines(summary)]
+    verdicts = [STAGES[stage].verdict(summary) for stage, summary in summaries.items()]
+    lines = next(filter(None, reversed(verdicts)), [])  # the last stage knows best
+    lines += [line for stage, summary in summaries.items() for line in STAGES[stage].lines(summary)]
     lines += beside
     if memory := _peak_memory(summaries):
         lines.append(("peak memory", f"{memory / 2**30:.2f} GiB"))

@@ -12,6 +12,7 @@ from typing import Any
 
 from actuator.registry import Registry
 from pipeline.runs import rig_sheet
+from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
@@ -37,8 +38,8 @@ class Writer:
     figure: str = ""
 
 
-def write_all(job: Job, steps: list[Step], reporter: Reporter) -> tuple[list[Path], dict[str, Said]]:
-    """Write all files beside the artifacts of the last step.
+def write_all(job: Job, step: Step, reporter: Reporter) -> tuple[list[Path], dict[str, Said]]:
+    """Write all files beside the artifact of a step.
 
     Returns:
         The files that are there now, and what the writers say, by their names, where they say anything.
@@ -47,7 +48,6 @@ def write_all(job: Job, steps: list[Step], reporter: Reporter) -> tuple[list[Pat
         Fault: if an artifact is not readable (ARTIFACT).
         OSError: if the folder or the disk does not take a file.
     """
-    step = steps[-1]
     files: list[Path] = []
     said: dict[str, Said] = {}
     for beside in STAGES[step.stage].beside:
@@ -101,8 +101,45 @@ def _curves_figure(job: Job, step: Step, path: Path) -> Said:
     return {}
 
 
+def _inflation(job: Job, step: Step, path: Path) -> Said:
+    from pipeline.results.inflation import as_csv, read_inflation
+
+    atomic.write_bytes(path, as_csv(read_inflation(step.path)).encode())
+    return {}
+
+
+def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
+    # As _curves_figure.
+    from pipeline.figures.inflation import inflation
+    from pipeline.figures.saving import save
+    from pipeline.results.inflation import read_inflation
+    from pipeline.results.simulation import read_simulation
+
+    simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
+    beside = read_simulation(simulated) if simulated.exists() and not adopted else None
+    found = read_inflation(step.path)
+    save(inflation(found, beside, found.rig), path)
+    return {}
+
+
+def _inflated_figure(job: Job, step: Step, path: Path) -> Said | None:
+    if step.runs or not path.exists():
+        from pipeline.figures.inflated import inflated
+        from pipeline.figures.saving import save
+        from pipeline.results.inflation import read_states
+
+        states = read_states(step.path)
+        if states is None:  # interrupted before the first
+            return None
+        save(inflated(states), path)
+    return {}
+
+
 WRITERS: Registry[Writer] = Registry("writer of a file beside an artifact")
 WRITERS.register("part-figure", Writer(_part_figure, figure="figure of the part"))
 WRITERS.register("rig", Writer(_rig, rig_sheet.lines))
 WRITERS.register("curves", Writer(_curves))
 WRITERS.register("curves-figure", Writer(_curves_figure, figure="figure of the curves"))
+WRITERS.register("inflation", Writer(_inflation))
+WRITERS.register("inflation-figure", Writer(_inflation_figure, figure="figure of the inflation"))
+WRITERS.register("inflated-figure", Writer(_inflated_figure, figure="figure of the inflated part"))

@@ -12,15 +12,15 @@ from actuator import failure
 from actuator.arrays import Floats, Ints
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs import checkpoint, resuming
+from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.keys import plain
 from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
 from pipeline.store import artifact, atomic, contents, vtkhdf
 from pipeline.store.artifact import Header
-from pipeline.store.files import part_of
 from pipeline.store.solid_file import read_solid
-from stages.chain import STAGES
+from stages.chain import STAGES, followers, path_to
 from stages.datasets import Packed, Product
 from stages.task import Task
 
@@ -31,16 +31,19 @@ _FAILURES = {
     failure.NotManifold: ExitCode.BAD_SOLID,
     failure.LooseBodies: ExitCode.BAD_SOLID,
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
-    failure.NotInflatable: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
     failure.InvalidSettings: ExitCode.USAGE,
     failure.OutOfMemory: ExitCode.UNEXPECTED,
 }
 
 
+class Unfit(Fault):
+    """The part is there, but cannot be inflated."""
+
+
 @dataclass
 class Execution:
-    """Runs steps of one job, in order.
+    """Runs the steps of one job, one after the other.
 
     Attributes:
         job: the case and its files.
@@ -55,24 +58,25 @@ class Execution:
     summaries: dict[str, Summary] = field(default_factory=dict)
     _identity: str = ""
 
-    def run(self, steps: list[Step]) -> None:
-        """Run the steps that have a reason, and read the summaries of the others.
+    def run(self, step: Step) -> None:
+        """Run a step if it has a reason, or else read its summary.
 
         Raises:
-            Fault: if a stage fails; the code says how.
+            Unfit: if the part cannot be inflated.
+            Fault: if the stage fails otherwise; the code says how.
             KeyboardInterrupt: if the user interrupts.
             OSError: if the folder or the disk does not take a file.
         """
-        for step in steps:
-            if step.runs:
-                self._execute(step)
-            else:
-                word = "given" if step.given else "up to date"
-                self.reporter.say(f"{step.stage}: {word} ({step.path})")
-                self.summaries[step.stage] = contents.summary(step.path, step.stage)
-                self._complete(step)
-                assert step.header is not None
-                self._identity = step.header.identity
+        if step.runs:
+            self._execute(step)
+            return
+        word = "given" if step.given else "up to date"
+        self.reporter.say(f"{step.stage}: {word} ({step.path})")
+        if not is_solid(step.path):
+            self.summaries[step.stage] = contents.summary(step.path, step.stage)
+        self._complete(step)
+        assert step.header is not None
+        self._identity = step.header.identity
 
     def _execute(self, step: Step) -> None:
         self.reporter.say(f"{step.stage}: {'; '.join(step.reasons)}")
@@ -80,6 +84,8 @@ class Execution:
         try:
             packed = self._packed(step)
             made = self._write_part(step.stage, packed.product) if packed.product else {}
+        except failure.NotInflatable as error:
+            raise Unfit(ExitCode.BAD_SOLID, f"{self.job.part}: {error}") from error
         except failure.Failure as error:
             raise Fault(_FAILURES.get(type(error), ExitCode.NOT_CONVERGED), f"{step.stage}: {error}") from error
         row = STAGES[step.stage]
@@ -95,6 +101,8 @@ class Execution:
             case_resolved=plain(self.job.recorded(step.stage)),
             replaced=self.job.replaced(step.stage),
         )
+        if not packed.product:
+            self._clear_beside(step.stage)
         summarised = contents.summarised(summary | {"peak_memory": _peak_memory()})
         artifact.write(step.path, header, {**packed.datasets, **summarised}, packed.grid)
         for name in vtkhdf.grids(step.path):
@@ -111,8 +119,8 @@ class Execution:
         task = Task(
             job.case,
             source,
-            solid=self._part(row.after),
-            optimised=self._optimised(step),
+            solid=self._part() if row.takes_part else None,
+            optimised=self._optimised(row.after) if row.takes_part else None,
             compute=job.case.compute.build(),
             observer=self.reporter.observe,
         )
@@ -121,17 +129,24 @@ class Execution:
         module = row.load()
         return module.pack(module.start(task))
 
-    def _part(self, stage: str) -> tuple[Floats, Ints] | None:
-        """The part that a stage has made; None if it makes none."""
-        if not stage or not STAGES[stage].makes_part:
-            return None
-        solid = read_solid(part_of(self.job.artifact(stage)))
+    def _part(self) -> tuple[Floats, Ints]:
+        """The part that was made or given."""
+        solid = read_solid(self.job.part)
         return solid.vertices, solid.triangles
 
-    def _optimised(self, step: Step) -> Summary | None:
-        """Summary of the first stage of those that the step rests on; None where its artifact is not at hand."""
-        path = self.job.artifact(checkpoint.OPTIMIZE)
-        return contents.summary(path, checkpoint.OPTIMIZE) if path.exists() else None
+    def _optimised(self, part: str) -> Summary | None:
+        """Summary of the optimisation that the part came from; None unless all on the way to it is at hand."""
+        *before, last = path_to(part)
+        try:
+            header = artifact.read_header(self.job.artifact(last))
+            for stage in reversed(before):
+                above = artifact.read_header(self.job.artifact(stage))
+                if above.identity != header.upstream_identity:
+                    return None
+                header = above
+            return contents.summary(self.job.artifact(checkpoint.OPTIMIZE), checkpoint.OPTIMIZE)
+        except Fault:
+            return None
 
     def _write_part(self, stage: str, product: Product) -> Summary:
         """Write the file that a stage makes and read it back; returns what belongs into the summary."""
@@ -139,13 +154,18 @@ class Execution:
         if product.flaw:
             raise Fault(ExitCode.BAD_SOLID, f"{part}: not written, as {product.flaw}.")
         atomic.write_bytes(part, product.data)
-        for beside in STAGES[stage].beside:
-            if beside.of_result:  # whoever is killed from here on leaves no figure of an older part beside a new one
-                self.job.files.beside(stage, beside).unlink(missing_ok=True)
+        for each in (stage, *followers(stage)):
+            self._clear_beside(each)
         found, flaw = product.inspected(part.read_bytes())
         if flaw:
             raise Fault(ExitCode.BAD_SOLID, f"{part}: what was written {flaw}.")
         return {"file": part.name, **found}
+
+    def _clear_beside(self, stage: str) -> None:
+        """Whoever is killed from here on leaves no figure of an older result beside a new one."""
+        for beside in STAGES[stage].beside:
+            if beside.of_result:
+                self.job.files.beside(stage, beside).unlink(missing_ok=True)
 
     def _complete(self, step: Step) -> None:
         """Do what a run that was killed after it stored an artifact had left to do."""

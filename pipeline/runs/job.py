@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pipeline.case.model import Case, changed, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.runs.adopted import adopted, exported, is_solid
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
-from pipeline.store.files import Files
+from pipeline.store.files import Files, part_of
 from stages.chain import GOAL, STAGES, Option, followers, path_to
 from stages.formats import FORMATS
 
@@ -22,12 +23,13 @@ class Job:
     """A case and where it is worked on.
 
     Attributes:
-        argument: the case or artifact as the user named it.
+        argument: the case, artifact or solid that is worked on.
         case: with the command line's changes.
         case_text: as the user wrote it.
         own: the case without the command line's changes.
         files: where the results lie.
-        given: header of the artifact the user named instead of a case: its stage and those before are not run.
+        given: header of the artifact the user named instead of a case, or of a solid that was adopted: its stage and
+            those before are not run.
         changes: what the command line says instead of the case.
     """
 
@@ -42,6 +44,13 @@ class Job:
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage."""
         return self.argument if self.given and self.given.stage == stage else self.files.artifact(stage)
+
+    @property
+    def part(self) -> Path:
+        """The part that is there or will be."""
+        if not self.given or not STAGES[self.given.stage].makes_part:
+            return self.files.exported
+        return self.argument if is_solid(self.argument) else part_of(self.argument)
 
     def recorded(self, stage: str) -> Case:
         """The case as a stage's artifact records it.
@@ -84,20 +93,33 @@ def applied(case: Case, changes: Mapping[Option, Any]) -> Case:
     return case
 
 
-def open_job(argument: Path, output: Path | None = None, changes: Mapping[Option, Any] | None = None) -> Job:
+def open_job(
+    argument: Path,
+    output: Path | None = None,
+    changes: Mapping[Option, Any] | None = None,
+    of_case: Path | None = None,
+) -> Job:
     """The job that a command line describes.
 
     Args:
-        argument: a case file, or an artifact of a case.
-        output: folder of the results; by default an artifact's own folder, or for a case
+        argument: a case file, an artifact of a case, or a solid.
+        output: folder of the results; by default the own folder of an artifact or a solid, or for a case
             ``outputs`` in the working folder if there is one, else the working folder.
         changes: what the command line says instead of the case; None where it says nothing.
+        of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
 
     Raises:
-        Fault: if the case is not usable (USAGE), or the artifact is not (ARTIFACT).
+        Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
     """
     given: Header | None = None
-    if argument.suffix == ".h5":
+    if of_case and not is_solid(argument):
+        raise Fault(ExitCode.USAGE, f"--case {of_case}: goes with a solid, and {argument} is none; leave it out.")
+    if is_solid(argument):
+        argument = (None if of_case else exported(argument)) or argument
+    if is_solid(argument):
+        given, own, text = adopted(argument, of_case)
+        default = argument.parent
+    elif argument.suffix == ".h5":
         given = artifact.read_header(argument)
         _refuse_dead_end(argument, given.stage)
         own, text = stored_case(given.case_resolved, argument), given.case_text
@@ -126,8 +148,9 @@ def make_job(
     changes = changes or {}
     case = applied(own, changes)
     tag = "".join(f".{option.name}-{value:g}" for option, value in changes.items() if option.renames)
-    files = Files(folder, case.name, f"{case.name}{tag}{FORMATS[case.export.format].ending}")
-    return Job(argument, case, text, own, files, given, changes)
+    part = f"{case.name}{tag}{FORMATS[case.export.format].ending}"
+    job = Job(argument, case, text, own, Files(folder, case.name, part), given, changes)
+    return replace(job, files=replace(job.files, part=job.part.name))
 
 
 def default_folder() -> Path:

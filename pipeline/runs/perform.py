@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.results import summary
 from pipeline.results.json_output import result_json
 from pipeline.runs import beside, memory
+from pipeline.runs.adopted import identity, refuse_other
 from pipeline.runs.claim import claimed
-from pipeline.runs.execution import Execution
+from pipeline.runs.execution import Execution, Unfit
 from pipeline.runs.job import Job, make_folder, open_job
 from pipeline.runs.plan import Step, plan, status
 from pipeline.runs.progress import reporting
-from pipeline.store import artifact, contents
 from pipeline.store.artifact import program_version
 from stages.chain import STAGES
 
-__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "refuse_incomplete", "status"]
+__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "refuse_other", "status"]
 
 
-def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: bool) -> str:
-    """Run the steps, and write what belongs beside the last one; returns the summary, as text or as JSON.
+def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: bool) -> tuple[str, Fault | None]:
+    """Run the steps, and write what belongs beside their artifacts.
+
+    Returns:
+        The summary, as text or as JSON, and what is wrong with what it says: a part that cannot be inflated
+        (BAD_SOLID), a last result that the user interrupted (INTERRUPTED) or that could not be computed to its end
+        (NOT_CONVERGED).
 
     Raises:
         Fault: with the code and sentence for what went wrong.
@@ -35,32 +42,43 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         _refuse_changed(steps)
         reporter.log.info("poro %s: %s", program_version(), job.argument)
         execution = Execution(job, reporter, fresh)
+        written: list[Path] = []
+        said: dict[str, beside.Said] = {}
+        done: list[Step] = []
+        fault: Fault | None = None
         try:
-            execution.run(steps)
-            written, said = beside.write_all(job, steps, reporter)
+            for step in steps:
+                execution.run(step)
+                done.append(step)
+                if not step.given:
+                    files, found = beside.write_all(job, step, reporter)
+                    written += [file for file in files if file not in written]
+                    said |= found
+        except Unfit as unfit:
+            # What was made before stays, and is told.
+            reporter.log.error(str(unfit))
+            if not execution.summaries:
+                raise
+            fault = unfit
         except (Fault, OSError, MemoryError, KeyboardInterrupt) as error:
             reporter.log.error(str(error) or type(error).__name__)
             raise
         except Exception as error:
             reporter.log.exception("unexpected error")
             raise unexpected(error, job.files.log) from error
-    files = [*(_result(job, step) for step in steps if not step.given), *written]
+    files = [*(_result(job, step) for step in done if not step.given), *written]
     name, summaries = job.case.name, execution.summaries
+    fault = fault or _shortfall(done[-1], summaries[done[-1].stage])
     if as_json:
-        return result_json(command, summary.as_json(name, summaries, said), files)
-    return summary.as_text(name, summaries, beside.lines(said), files)
+        return result_json(command, summary.as_json(name, summaries, said), files), fault
+    return summary.as_text(name, summaries, beside.lines(said), files), fault
 
 
-def refuse_incomplete(steps: list[Step]) -> None:
-    """Do nothing if the result of the last step is whole.
-
-    Raises:
-        Fault: if the user interrupted it (INTERRUPTED), or it could not be computed to its end (NOT_CONVERGED).
-    """
-    step = steps[-1]
-    found = contents.summary(step.path, step.stage)
-    if shortfall := STAGES[step.stage].shortfall(found, str(step.path)):
-        raise Fault(ExitCode.NOT_CONVERGED if found.get("finished", True) else ExitCode.INTERRUPTED, shortfall)
+def _shortfall(step: Step, found: Mapping[str, Any]) -> Fault | None:
+    """What the result of a step lacks; None if it is whole."""
+    shortfall = STAGES[step.stage].shortfall(found, str(step.path))
+    code = ExitCode.NOT_CONVERGED if found.get("finished", True) else ExitCode.INTERRUPTED
+    return Fault(code, shortfall) if shortfall else None
 
 
 def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
@@ -85,7 +103,7 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
 def _refuse_changed(steps: list[Step]) -> None:
     """Refuse a plan that rests on what another process replaced before this one had the case for itself."""
     for step in steps:
-        if step.header and (not step.path.exists() or artifact.read_header(step.path).identity != step.header.identity):
+        if step.header and (not step.path.exists() or identity(step.path) != step.header.identity):
             sentence = f"{step.path}: was replaced by another process at this moment; run the same command again."
             raise Fault(ExitCode.BUSY, sentence)
 

@@ -10,7 +10,9 @@ from typing import Any
 
 import stages.rig
 from pipeline.exit_codes import Fault
+from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
+from pipeline.runs.plan import status
 from pipeline.store import atomic, contents
 from stages.domains import DomainSettings
 
@@ -23,8 +25,10 @@ def write(job: Job, path: Path) -> dict[str, Any]:
     """
     case = job.case
     assert case.rig.youngs_modulus is not None
-    scale, modulus = case.export.scale, case.rig.youngs_modulus
-    sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, _elongation(job))
+    printed = _as_printed(job)
+    elongation, scale = printed if printed else (_elongation(job), case.export.scale)
+    modulus = case.rig.youngs_modulus
+    sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, elongation, as_printed=bool(printed))
     atomic.write_bytes(path, as_markdown(case.name, sheet, case.rig, case.domain).encode())
     found = asdict(sheet)
     found |= found.pop("lengths")
@@ -37,7 +41,7 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
     symbols = {key: str(type(domain).model_fields[key].description).partition(",")[0] for key in sheet.lengths}
     plate = f"{spring.spring_thickness:g} mm thick, {spring.spring_width:g} mm wide, {spring.spring_modulus:g} N/mm²"
     length = f"{sheet.spring_length:.1f} mm" if math.isfinite(sheet.spring_length) else "no spring"
-    travel = "not known" if sheet.spring_travel is None else f"{sheet.spring_travel:.2f} mm"
+    travel = "not known" if sheet.spring_travel is None else f"{sheet.spring_travel:.2f} mm, {_of(sheet.as_printed)}"
     rows = [
         ("size of the part over size of the domain", f"{sheet.scale:g}"),
         ("initial Young's modulus of the print", f"{sheet.youngs_modulus:g} N/mm²"),
@@ -60,12 +64,37 @@ def lines(rig: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("", f"spring {rig['spring_stiffness']:.4g} N/mm{length}"),
     ]
     if rig["spring_travel"] is not None:
-        lines.append(("", f"predicted travel of the spring's end {rig['spring_travel']:.2f} mm"))
+        travel = f"{rig['spring_travel']:.2f} mm, {_of(rig['as_printed'])}"
+        lines.append(("", f"predicted travel of the spring's end {travel}"))
     return lines
+
+
+def _of(as_printed: bool) -> str:
+    return "as printed" if as_printed else "of the optimised density field"
+
+
+def _as_printed(job: Job) -> tuple[float, float] | None:
+    """Elongation of the spring, mm, and size of the part over that of the domain, as the part was inflated.
+
+    None where that was not done, or is not up to date, or was at another pressure than the case's.
+    """
+    try:
+        step = next((step for step in status(job) if step.stage == "inflate" and not step.runs), None)
+        if step is None or step.header is None or step.header.case_resolved["inflate"]["pressure"] is not None:
+            return None
+        found = contents.summary(step.path, step.stage)
+    except Fault:  # what is wrong with an artifact is for the stages to say
+        return None
+    at = found["at_target"]
+    # Of a case's own part the size is what the case says, to all digits.
+    scale = found["scale"] if is_solid(job.argument) else job.case.export.scale
+    return (at["elongation"], scale) if at else None
 
 
 def _elongation(job: Job) -> float | None:
     """Elongation of the spring in the optimised case, mm; None where its artifact is not at hand."""
+    if is_solid(job.argument):
+        return None
     try:
         found = contents.summary(job.artifact("optimize"), "optimize")
     except Fault:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stages.chain import STAGES, Beside
+from stages.chain import PART, STAGES, Beside
 from stages.formats import FORMATS
 
 
@@ -18,7 +18,7 @@ class Files:
     Attributes:
         folder: of all of them.
         name: of the case.
-        part: file name of the exported part.
+        part: file name of the part, after which what is made of it is named too.
     """
 
     folder: Path
@@ -28,7 +28,10 @@ class Files:
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage; that of one that makes a part is the record beside the part."""
         row = STAGES[stage]
-        return self.folder / f"{self.part if row.makes_part else self.name}{row.suffix}"
+        return self.folder / f"{self.part if row.makes_part else self._stem(stage)}{row.suffix}"
+
+    def _stem(self, stage: str) -> str:
+        return self.exported.stem if STAGES[stage].of_part else self.name
 
     @property
     def exported(self) -> Path:
@@ -37,8 +40,7 @@ class Files:
 
     def beside(self, stage: str, beside: Beside) -> Path:
         """A file that is written beside the artifact of a stage."""
-        stem = self.exported.stem if STAGES[stage].makes_part else self.name
-        return self.folder / f"{stem}{beside.ending}"
+        return self.folder / f"{self._stem(stage)}{beside.ending}"
 
     @property
     def log(self) -> Path:
@@ -75,15 +77,20 @@ def part_of(record: Path) -> Path:
     return record.with_suffix("")
 
 
+def record_of(part: Path) -> Path:
+    """Where the record of a part lies, or would lie."""
+    return part.with_name(f"{part.name}{STAGES[PART].suffix}")
+
+
 def _endings() -> Iterator[str]:
     """Patterns of all that may follow the name of a case."""
     yield re.escape(".checkpoint.h5")
     renaming = {option.name for row in STAGES.values() for option in row.options if option.renames}
     tags = "".join(rf"(\.{re.escape(name)}-[^/]+)?" for name in sorted(renaming))
     for row in STAGES.values():
-        stems, tag = [""], ""
+        stems, tag = [""], tags if row.of_part else ""
         if row.makes_part:
-            stems, tag = [format.ending for format in FORMATS.values()], tags
+            stems = [format.ending for format in FORMATS.values()]
             yield from (tag + re.escape(stem) for stem in stems)
         for stem in stems:
             artifact = tag + re.escape(stem + row.suffix)

@@ -29,6 +29,31 @@ class SolidFile:
     sha256: str
 
 
+def format_of(part: Path) -> str:
+    """Name of the format that the ending of a file tells.
+
+    Raises:
+        Fault: if it tells none (USAGE).
+    """
+    format = by_ending(part.suffix)
+    if format is None:
+        endings = " or ".join(each.ending for each in FORMATS.values())
+        raise Fault(ExitCode.USAGE, f"{part}: the ending must be {endings}; give a solid in one of these formats.")
+    return format
+
+
+def read_bytes(part: Path) -> bytes:
+    """The bytes of a file.
+
+    Raises:
+        Fault: if it is missing or unreadable (ARTIFACT).
+    """
+    try:
+        return part.read_bytes()
+    except OSError as error:
+        raise Fault(ExitCode.ARTIFACT, f"{part}: cannot be read ({error.strerror}); give another file.") from None
+
+
 def read_solid(part: Path) -> SolidFile:
     """Read a file.
 
@@ -38,14 +63,8 @@ def read_solid(part: Path) -> SolidFile:
     Raises:
         Fault: if the ending is unknown (USAGE), or the file is missing or unreadable (ARTIFACT).
     """
-    format = by_ending(part.suffix)
-    if format is None:
-        endings = " or ".join(each.ending for each in FORMATS.values())
-        raise Fault(ExitCode.USAGE, f"{part}: the ending must be {endings}; give a solid in one of these formats.")
-    try:
-        data = part.read_bytes()
-    except OSError as error:
-        raise Fault(ExitCode.ARTIFACT, f"{part}: cannot be read ({error.strerror}); give another file.") from None
+    format = format_of(part)
+    data = read_bytes(part)
     try:
         mesh = decode(data, format)
     except UnreadableSolid as failure:

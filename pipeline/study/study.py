@@ -17,7 +17,7 @@ from pipeline.case.model import Case, case_type, mistakes, read_bytes, read_case
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.case.writer import value_text
 from pipeline.exit_codes import ExitCode, Fault, shown
-from stages.chain import GOAL, STAGES
+from stages.chain import PART, STAGES
 
 #: Most cases of one study.
 MOST_CASES = 10_000
@@ -98,7 +98,7 @@ class _Checker:
                 remedy = f"write '{close[0]}' if that was meant" if close else f"use {', '.join(KEYS)}"
                 self.wrong((key,), f"unknown key; {remedy}")
         combine = self.word(data, "combine", ("grid", "zip"))
-        until = self.word(data, "until", (GOAL, *(name for name in STAGES if name != GOAL)))
+        until = self.word(data, "until", (PART, *(name for name in STAGES if name != PART)))
         base, case = self.base(data)
         values, logarithmic = self.varied(data, case)
         chosen = tuple(self.combinations(values, combine == "grid")) if not self.problems else ()

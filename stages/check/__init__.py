@@ -1,6 +1,6 @@
 """Stage ``check``: whether a solid of any origin can be printed in SLA silicone and hold air as an actuator."""
 
-from stages.check.checks import Result, run
+from stages.check.checks import Result, air_chamber, run
 from stages.check.settings import Settings
 
-__all__ = ["Result", "Settings", "run"]
+__all__ = ["Result", "Settings", "air_chamber", "run"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from stages.check.settings import Settings
 
 if TYPE_CHECKING:
     from actuator.geometry.bodies import Shell
+    from actuator.geometry.printing.voxels import Voxels
     from actuator.geometry.zero_set import Surface
 
 
@@ -84,7 +86,6 @@ def run(vertices: Floats, triangles: Ints, settings: Settings) -> Result:
 
 def _of_the_solid(surface: Surface, parts: list[Shell], settings: Settings) -> list[Finding]:
     """The checks of a closed surface, in order."""
-    from actuator.geometry.printing.chamber import leak, sealing
     from actuator.geometry.printing.cups import cups
     from actuator.geometry.printing.drains import pockets
     from actuator.geometry.printing.overhangs import overhangs
@@ -111,7 +112,33 @@ def _of_the_solid(surface: Surface, parts: list[Shell], settings: Settings) -> l
         findings.gaps(thickness(surface, points, "gap", settings.gap), settings),
         findings.overhangs(overhangs(surface, settings.direction, settings.angle), settings),
         findings.volume_and_mass(sum(shell.volume for shell in parts), settings),
-        findings.air_chamber(
-            sealing(surface, settings.axis, settings.glue), lambda: leak(grid, settings.axis) if grid else None
-        ),
+        _air_chamber(surface, settings, lambda: grid),
     ]
+
+
+def air_chamber(surface: Surface, settings: Settings) -> Finding:
+    """Whether a solid holds air with plates on both ends, and where it gets out if not.
+
+    Args:
+        surface: closed, oriented 2-manifold.
+        settings: axis, glue and the pitch of the voxels on which a leak is looked for.
+    """
+    from actuator.geometry.printing.voxels import voxelised
+
+    def grid() -> Voxels | None:
+        try:
+            return voxelised(surface, settings.pitch)
+        except GridTooLarge:
+            return None
+
+    return _air_chamber(surface, settings, grid)
+
+
+def _air_chamber(surface: Surface, settings: Settings, grid: Callable[[], Voxels | None]) -> Finding:
+    from actuator.geometry.printing.chamber import Leak, leak, sealing
+
+    def place() -> Leak | None:
+        voxels = grid()
+        return leak(voxels, settings.axis) if voxels else None
+
+    return findings.air_chamber(sealing(surface, settings.axis, settings.glue), place)

@@ -85,7 +85,7 @@ def test_it_runs_again_only_for_what_it_depends_on(folder: Path, poro: Poro) -> 
         "weigh": ["settings changed: weigh.density 1.1 → 1.5"],
     }
     assert plan(poro, "--from", "weigh")["weigh"] != []
-    assert plan(poro) == {"optimize": [], "refine": [], "mirror": [], "export": []}
+    assert plan(poro) == {"optimize": [], "refine": [], "mirror": [], "export": [], "inflate": ["missing"]}
     (folder / "tiny.yaml").write_text(TINY + "mirror: {threshold: 0.1}\n")
     assert plan(poro, "--until", "weigh")["weigh"] == ["upstream changed: mirror runs again"]
 

@@ -26,6 +26,12 @@ optimizer:
   max_updates: 1
 """
 
+#: Its part is inflated in as few and as large steps and cells as will do.
+COARSE = "inflate: {size: 4.0, max_load: 1.0, points: 1}\n"
+
+#: Inflating its part takes seconds: where that is not the question, a run ends with the part.
+TO_PART = ("--until", "export")
+
 
 @dataclass(frozen=True)
 class Ended:

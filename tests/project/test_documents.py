@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from command_line import TINY, Poro
+from command_line import COARSE, TINY, TO_PART, Poro
 from documents import PAGES, ROOT, anchors, blocks, commands, follow, links
 from synthetic import EXAMPLE
 
@@ -23,7 +23,7 @@ ELSEWHERE_RUN = ("README.md", "artifacts.md")
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
 #: The response to pressure in as few steps as will do.
-SHORT = TINY + "simulate: {max_load: 1.0, states: [1.0]}\n"
+SHORT = TINY + COARSE + "simulate: {max_load: 1.0, states: [1.0]}\n"
 
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())
@@ -57,7 +57,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the tiny case has run to the end under the name of the shipped one."""
     folder = tmp_path_factory.mktemp("results")
     (folder / "case14.yaml").write_text(SHORT)
-    assert call(["run", str(folder / "case14.yaml"), "--output", str(folder), "--threads", "1"]) == 0
+    assert call(["run", str(folder / "case14.yaml"), *TO_PART, "--output", str(folder), "--threads", "1"]) == 0
     return folder
 
 

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 import pytest
-from command_line import TINY, Poro
+from command_line import COARSE, TINY, Poro
 from documents import ROOT, follow
 
 from pipeline.case.model import find_case, read_case
@@ -20,12 +20,13 @@ README = README_PATH.read_text(encoding="utf-8")
 def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     """In order and in one folder, with tiny cases of the names of the shipped ones; figures are test_plots' matter."""
     (tmp_path / "outputs").mkdir()
-    tiny = TINY + "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
+    tiny = TINY + COARSE + "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
     for name in ("case14", "quick"):
         (tmp_path / f"{name}.yaml").write_text(tiny)
     assert follow(README_PATH, poro, tmp_path) == 8
     found = {path.name for path in (tmp_path / "outputs").iterdir()}
-    assert {"quick.stl", "quick.png", "case14.report.html", "case14.simulation.h5", "case14.stl.check.json"} <= found
+    assert {"quick.stl", "quick.png", "quick.inflated.png", "case14.report.html", "case14.simulation.h5"} <= found
+    assert "case14.stl.check.json" in found
     assert (tmp_path / "arm.yaml").exists()
 
 

@@ -47,9 +47,9 @@
   const steps = colours.length / 3;
   const palette = Array.from({ length: steps }, (_, step) =>
     new THREE.Color().setRGB(...[0, 1, 2].map((part) => colours[3 * step + part] / 255), THREE.SRGBColorSpace));
-  const pressure = bytes(model.pressure);
-  const painted = new Float32Array(3 * pressure.length);
-  pressure.forEach((value, vertex) => palette[Math.round((value / 255) * (steps - 1))].toArray(painted, 3 * vertex));
+  const values = bytes(model.values);
+  const painted = new Float32Array(3 * values.length);
+  values.forEach((value, vertex) => palette[Math.round((value / 255) * (steps - 1))].toArray(painted, 3 * vertex));
 
   const sectionPlane = new THREE.Plane(new THREE.Vector3(0, 1, 0), 0);
   const scene = new THREE.Scene();

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import TINY, Poro
+from command_line import TINY, TO_PART, Poro
 
 from pipeline.exit_codes import ExitCode
 
@@ -68,7 +68,8 @@ def test_progress_goes_to_standard_error_and_into_the_log(folder: Path, poro: Po
 
 
 def test_summary_tells_what_a_user_wants_to_know(folder: Path, poro: Poro) -> None:
-    out = poro("run", "tiny.yaml", "--output", ".").out
+    out = poro("run", "tiny.yaml", *TO_PART, "--output", ".").out
+    assert out.startswith("tiny\n  holds air           yes\n")
     for name in ("C0", "T3", "theta2", "spring elongation", "volume", "watertight", "bounding box", "seconds", "files"):
         assert re.search(rf"^  {name} {{2,}}", out, flags=re.MULTILINE), name
     assert re.search(r"bounding box +15\.00 x ", out)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from command_line import PROGRAM, TINY, Ended, Poro, environment
+from command_line import PROGRAM, TINY, TO_PART, Ended, Poro, environment
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store import artifact
@@ -117,7 +117,7 @@ def read_only(finished: Path, tmp_path: Path) -> Iterator[Path]:
 
 def test_read_only_output_ends_in_a_sentence_and_reading_works(read_only: Path) -> None:
     before = contents(read_only)
-    for arguments in (("run", "tiny.yaml", "--force"), ("plot", "tiny.h5")):
+    for arguments in (("run", "tiny.yaml", *TO_PART, "--force"), ("plot", "tiny.h5")):
         ended = called(read_only, *arguments)
         assert ended.code == ExitCode.UNEXPECTED
         assert ended.err.startswith("poro: ")

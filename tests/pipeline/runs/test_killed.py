@@ -12,21 +12,21 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_line import POSIX_SIGNALS, PROGRAM, TINY, environment
+from command_line import POSIX_SIGNALS, PROGRAM, TINY, TO_PART, environment
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store.files import Files
-from stages.chain import GOAL, path_to
+from stages.chain import PART, path_to
 
 CASE = TINY.replace("max_updates: 1", "max_updates: 3")
 #: The stages to the part, in order.
-STAGES = path_to(GOAL)
+STAGES = path_to(PART)
 #: What each stage leaves, for it to be taken away so that the stage runs again.
 MADE = {stage: Files(Path(), "tiny", "tiny.stl").artifact(stage).name for stage in STAGES}
 
 
 def run(folder: Path) -> subprocess.Popen[str]:
-    command = [*PROGRAM, "run", "tiny.yaml", "--output", ".", "--threads", "1"]
+    command = [*PROGRAM, "run", "tiny.yaml", *TO_PART, "--output", ".", "--threads", "1"]
     return subprocess.Popen(
         command, cwd=folder, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )

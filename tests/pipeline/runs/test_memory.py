@@ -8,7 +8,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from command_line import TINY, Poro, environment
+from command_line import TINY, TO_PART, Poro, environment
 
 import stages.optimize
 from pipeline.exit_codes import ExitCode
@@ -93,7 +93,7 @@ def test_absurd_refinement_is_refused_before_anything_runs(
     (folder / "tiny.yaml").write_text(TINY + "refine: {factor: 8}\n")
     little = psutil.virtual_memory()._replace(total=2**26)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: little)
-    ended = poro("run", "tiny.yaml", "--output", ".")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.USAGE
     assert "'refine' on 24,576 cells needs at least 0.21 GiB" in ended.err
     assert "lower refine.factor" in ended.err

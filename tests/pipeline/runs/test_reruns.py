@@ -15,15 +15,15 @@ import h5py
 import numpy as np
 import pytest
 import trimesh
-from command_line import TINY, Poro, edited
+from command_line import TINY, TO_PART, Poro, edited
 
 from pipeline.exit_codes import ExitCode
 from pipeline.store import artifact
 from stages import refine
-from stages.chain import GOAL, path_to
+from stages.chain import PART, path_to
 
 #: The stages to the part, in order.
-STAGES = path_to(GOAL)
+STAGES = path_to(PART)
 
 # What is drawn is looked at in test_pictures, and the finished case has its own picture.
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 def _plan(poro: Poro, *options: object) -> dict[str, list[str]]:
     """Reasons of every stage, none if it is up to date."""
-    ended = poro("run", "tiny.yaml", "--output", ".", "--dry-run", "--json", *options)
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".", "--dry-run", "--json", *options)
     assert ended.code == ExitCode.OK, ended.err
     return {step["stage"]: step["reasons"] for step in json.loads(ended.out)["steps"]}
 
@@ -59,7 +59,7 @@ def _identities(folder: Path) -> dict[str, str]:
 def test_finished_case_is_up_to_date_and_nothing_runs(folder: Path, poro: Poro) -> None:
     before = _identities(folder)
     assert _runs(poro) == []
-    ended = poro("run", "tiny.yaml", "--output", ".")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.OK
     assert _identities(folder) == before
     assert ended.err.count("up to date") == 4
@@ -127,7 +127,7 @@ def test_key_that_does_not_belong_to_the_settings_is_a_reason(folder: Path, poro
 def test_changed_scale_exports_again_and_optimises_nothing(folder: Path, poro: Poro) -> None:
     before = _identities(folder)
     (folder / "tiny.yaml").write_text(TINY + "export: {scale: 1.25}\n")
-    ended = poro("run", "tiny.yaml", "--output", ".")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.OK, ended.err
     after = _identities(folder)
     assert [name for name in before if before[name] != after[name]] == ["tiny.stl.h5"]
@@ -144,7 +144,7 @@ def test_clock_and_file_times_are_no_reason(folder: Path, poro: Poro, monkeypatc
     monkeypatch.setattr(artifact, "datetime", _Past)
     assert _runs(poro) == []
     (folder / "tiny.solid.h5").unlink()
-    assert poro("run", "tiny.yaml", "--output", ".").code == ExitCode.OK
+    assert poro("run", "tiny.yaml", *TO_PART, "--output", ".").code == ExitCode.OK
     assert artifact.read_header(folder / "tiny.solid.h5").date.startswith("1971")
     assert _runs(poro) == []
     monkeypatch.undo()
@@ -190,7 +190,7 @@ def test_force_runs_what_is_asked_for(folder: Path, poro: Poro) -> None:
 
 def test_from_demands_earlier_stages_that_are_up_to_date(folder: Path, poro: Poro) -> None:
     (folder / "tiny.refined.h5").unlink()
-    ended = poro("run", "tiny.yaml", "--output", ".", "--from", "mirror")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".", "--from", "mirror")
     assert ended.code == ExitCode.ARTIFACT
     assert "'refine' is not up to date (missing)" in ended.err
     assert poro("run", "tiny.yaml", "--from", "export", "--until", "refine").code == ExitCode.USAGE
@@ -199,14 +199,14 @@ def test_from_demands_earlier_stages_that_are_up_to_date(folder: Path, poro: Por
 def test_status_gives_stages_and_reasons(folder: Path, poro: Poro) -> None:
     (folder / "tiny.yaml").write_text(TINY + "export: {scale: 1.5}\n")
     lines = poro("status", "tiny.yaml", "--output", ".").out.splitlines()
-    assert [line.split()[0] for line in lines] == list(STAGES)
+    assert [line.split()[0] for line in lines] == [*STAGES, "inflate"]
     assert all("up to date" in line for line in lines[:3])
     assert "export.scale 1.0 → 1.5" in lines[3]
 
 
 def test_explanation_comes_before_the_run_and_off_the_json(folder: Path, poro: Poro) -> None:
     (folder / "tiny.stl").unlink()
-    ended = poro("run", "tiny.yaml", "--output", ".", "--explain", "--json")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".", "--explain", "--json")
     assert json.loads(ended.out)["export"]["watertight"]
     assert "export    run         missing: tiny.stl" in ended.err
 
@@ -250,11 +250,11 @@ def test_3mf_holds_the_same_part(folder: Path, poro: Poro) -> None:
 
 def test_unreadable_artifact_in_the_way_is_not_overwritten(folder: Path, poro: Poro) -> None:
     (folder / "tiny.refined.h5").write_text("my notes")
-    ended = poro("run", "tiny.yaml", "--output", ".")
+    ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.ARTIFACT
     assert (folder / "tiny.refined.h5").read_text() == "my notes"
     (folder / "tiny.refined.h5").write_bytes((folder / "tiny.solid.h5").read_bytes())
-    assert "result of 'mirror', not of 'refine'" in poro("run", "tiny.yaml", "--output", ".").err
+    assert "result of 'mirror', not of 'refine'" in poro("run", "tiny.yaml", *TO_PART, "--output", ".").err
 
 
 def test_results_go_to_outputs_if_there_is_such_a_folder(folder: Path, poro: Poro) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Poro
+from command_line import TO_PART, Poro
 from synthetic import EXAMPLE
 
 from pipeline.cli.app import program
@@ -25,7 +25,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
     "refine": (["tiny.h5"], {"refine"}),
     "mirror": (["tiny.h5"], {"mirror"}),
     "export": (["tiny.h5"], {"export"}),
-    "run": (["tiny.yaml", "--output", "."], {"name", "export", "stage_seconds"}),
+    "run": (["tiny.yaml", *TO_PART, "--output", "."], {"name", "export", "stage_seconds"}),
     "status": (["tiny.yaml", "--output", "."], {"steps"}),
     "plot": (["tiny.h5"], {"name", "problems"}),
     "check": (["tiny.stl", "--pitch", "1.0"], {"passed", "findings"}),
@@ -35,6 +35,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
     "fit": (["rubber.csv"], {"best", "fits"}),
     "compare": (["tiny.h5", "measured.csv", "--youngs", "1.0"], {"target", "hysteresis", "linearity"}),
     "simulate": (["tiny.h5", "--max-load", "0.2"], {"simulate"}),
+    "inflate": (["tiny.stl", "--size", "4", "--max-load", "0.5"], {"name", "inflate"}),
     "report": (["tiny.h5", "--no-check"], {"name", "problems"}),
     "sweep": (["study.yaml", "--dry-run"], {"study", "cases"}),
 }
@@ -77,7 +78,7 @@ def test_command_prints_one_object_of_the_common_shape(command: str, poro: Poro,
 
 
 def test_plans_and_single_layers_have_it_too(poro: Poro, folder: Path) -> None:
-    plan = printed(poro, "run", "tiny.yaml", "--output", ".", "--dry-run")
+    plan = printed(poro, "run", "tiny.yaml", *TO_PART, "--output", ".", "--dry-run")
     assert plan["command"] == "run"
     assert [step["stage"] for step in plan["steps"]] == ["optimize", "refine", "mirror", "export"]
     assert [Path(file).name for file in plan["files"]] == [Path(step["path"]).name for step in plan["steps"]]

@@ -1,0 +1,116 @@
+"""What a part does under pressure, as its artifact holds it, for drawing, tables and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from actuator.arrays import Floats, Ints
+from pipeline.case.model import stored_case
+from pipeline.results.simulation import RigUnits
+from pipeline.store import artifact, contents
+from pipeline.store import tables as table_file
+from stages.inflation import TARGET, UNITS
+
+
+class Response(Protocol):
+    """What an inflation is drawn from: as it was computed, or read from its artifact."""
+
+    @property
+    def curves(self) -> Mapping[str, Floats]:
+        """Column -> values along the path."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """Of the stage."""
+
+
+@dataclass(frozen=True)
+class Inflation:
+    """The response of a part.
+
+    Attributes:
+        name: of the part.
+        curves: column -> values along the path, (n_points,); see :data:`stages.inflation.UNITS`.
+        summary: of the stage.
+        rig: what turns the curve into that of the part on the rig; None if the case does not say what is printed.
+    """
+
+    name: str
+    curves: dict[str, Floats]
+    summary: dict[str, Any]
+    rig: RigUnits | None
+
+
+@dataclass(frozen=True)
+class Inflated:
+    """One state of a part.
+
+    Attributes:
+        points: undeformed nodes, (n_nodes, 3), mm.
+        cells: (n_cells, 10), in VTK's order.
+        boundary: nodes of the faces of the surface, (n_faces, 6), corners first, counter-clockwise seen from outside;
+            without those on the plane X2 = 0 of a half.
+        displacement: (n_nodes, 3), mm.
+        strain: sqrt(2 Ψ / E), mean around every node, (n_nodes,).
+        limit: of the strain.
+        half: whether the nodes are those of the half X2 >= 0.
+    """
+
+    points: Floats
+    cells: Ints
+    boundary: Ints
+    displacement: Floats
+    strain: Floats
+    limit: float
+    half: bool
+
+
+def read_inflation(path: Path) -> Inflation:
+    """Read the curve in an artifact of ``inflate``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    case = stored_case(artifact.read_header(path).case_resolved, path)
+    summary = contents.summary(path, "inflate")
+    modulus = case.rig.youngs_modulus
+    rig = None if modulus is None else RigUnits(case.optimize, summary["scale"], modulus)
+    name = path.name.removesuffix(".inflation.h5")
+    return Inflation(name, artifact.read_group(path, "inflate", "curves"), summary, rig)
+
+
+def read_states(path: Path) -> Inflated | None:
+    """Read the state at p_in, or the last one before it, from an artifact of ``inflate``; None if it has none.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
+    if not artifact.holds(path, "inflate", "states"):
+        return None
+    found, summary = artifact.read_group(path, "inflate", "states"), contents.summary(path, "inflate")
+    n, loads = len(found["points"]), found["load_factor"]
+    number = max(int(np.searchsorted(loads, TARGET, side="right")) - 1, 0)
+    here = slice(n * number, n * (number + 1))
+    return Inflated(
+        found["points"],
+        found["connectivity"].reshape(-1, 10),
+        found["boundary"],
+        found["displacement"][here],
+        found["strain"][here],
+        summary["strain_limit"],
+        summary["half"],
+    )
+
+
+def as_csv(inflation: Inflation) -> str:
+    """The curve as a table with the units in its first line, and in the rig's units where they are known."""
+    columns = {f"{name} [{unit}]": inflation.curves[name] for name, unit in UNITS.items()}
+    if inflation.rig:
+        columns |= inflation.rig.columns(inflation.curves)
+    rows = [[f"{value:.10g}" for value in row] for row in zip(*columns.values(), strict=True)]
+    return table_file.as_csv(columns, rows)
