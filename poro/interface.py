@@ -188,8 +188,6 @@ def simulate(
         design,
         case.optimize,
         case.simulate,
-        refinement=case.refine,
-        threshold=case.mirror.threshold,
         compute=_compute(case, threads),
         observer=observer,
     )
@@ -290,8 +288,6 @@ def compare(
     case: Case,
     measured: PathName | stages.compare.Recording,
     predicted: Curves | stages.optimize.Result,
-    *,
-    field: str = "density",
     **options: Any,
 ) -> stages.compare.Result:
     """Compare a recorded test of a printed part with its prediction.
@@ -299,8 +295,7 @@ def compare(
     Args:
         case: says how large the part is and what it is printed of: ``export.scale`` and ``rig.youngs_modulus``.
         measured: CSV with pressure and displacement, or a recording in kPa and mm.
-        predicted: a simulation, of which one field is taken, or a design, which is a single point.
-        field: of the simulation.
+        predicted: a simulation, a part as printed, or a design, which is a single point.
         options: fields of :class:`stages.compare.Settings`, such as ``target``, kPa.
     """
     _printed_modulus(case)
@@ -310,11 +305,8 @@ def compare(
         recording = read_measurement(Path(measured)).recording
     if isinstance(predicted, stages.optimize.Result):
         prediction = prediction_of(case, float(predicted.summary["spring_elongation"]))
-    elif field in predicted.curves:
-        prediction = prediction_of(case, predicted.curves[field])
     else:
-        known = " or ".join(predicted.curves)
-        raise Fault(ExitCode.USAGE, f"field='{field}': the simulation has only {known}; choose another.")
+        prediction = prediction_of(case, predicted.curves)
     return stages.compare.run(recording, prediction, _settings(stages.compare.Settings, options))
 
 

@@ -85,7 +85,6 @@ class Stage:
         extent: keys that say how far a run goes, not which path it takes: longer runs continue shorter ones. Only the
             optimisation has any.
         makes_part: whether it makes a file of its own, whose format is the key ``format`` of its section.
-        grids: names of further grids in its artifact; each has a file for ParaView of its own.
         beside: files that are written beside its artifact.
     """
 
@@ -99,7 +98,6 @@ class Stage:
     recorded_only: tuple[str, ...] = ()
     extent: tuple[str, ...] = ()
     makes_part: bool = False
-    grids: tuple[str, ...] = ()
     beside: tuple[Beside, ...] = ()
 
     def load(self) -> StageModule:
@@ -215,11 +213,9 @@ for _row in (
         "Follow the response from zero pressure to beyond p_in and back.",
         module="stages.simulate",
         suffix=".simulation.h5",
-        # The thresholded field is made from the other two.
-        sections=("simulate", "refine", "mirror"),
+        sections=("simulate",),
         after="optimize",
         options=(MAX_LOAD, youngs("curves in the rig's units"), SCALE, THREADS),
-        grids=("thresholded",),
         beside=(Beside("curves", ".simulation.csv"), Beside("curves-figure", ".simulation.png")),
     ),
     Stage(

@@ -1,14 +1,14 @@
 """The result of a simulation: what is kept of it, and what a user reads of it.
 
-Kept are the curves of every field and the states at the load factors asked for. Read are the figures at p_in, and
-whether the optimised state is the one that is reached.
+Kept are the curve and the states at the load factors asked for. Read are the figures at p_in, and whether the optimised
+state is the one that is reached.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,112 +28,88 @@ SHOWN = 6
 
 @dataclass(frozen=True)
 class Result:
-    """Curves of all fields.
+    """A curve.
 
     Attributes:
-        responses: by field, as far as they came.
-        summary: ``fields`` with one entry per field, ``between_fields``, ``pressure_in`` and ``finished``.
+        response: as far as it came.
+        summary: see :func:`stages.response.summarised`, with ``finished``.
         finished: false if the user interrupted.
     """
 
-    responses: dict[str, Response]
+    response: Response
     summary: dict[str, Any]
     finished: bool
 
     @property
-    def curves(self) -> dict[str, dict[str, Floats]]:
-        """Columns of every field's curve along its path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
-        return {name: response.curves for name, response in self.responses.items()}
+    def curves(self) -> dict[str, Floats]:
+        """Columns along the path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
+        return self.response.curves
 
 
 def pack(result: Result) -> Packed:
-    """Curves of every field, and the stored states on their meshes; no grid if there is no state yet."""
-    datasets: dict[str, Dataset] = {}
-    grids: dict[str, GridPaths] = {}
-    for name, response in result.responses.items():
-        for column, values in response.curves.items():
-            datasets[f"curves/{name}/{column}"] = Dataset(
-                values, UNITS.get(column, "1"), f"{column} along the path, field {name}"
-            )
-        if any(state.stored for state in response.states.values()):
-            stored, grids[name] = _states(name, response)
-            datasets |= stored
-    if not grids:
-        return Packed(result.summary, datasets)
-    first, *others = grids
-    return Packed(result.summary, datasets, replace(grids[first], others={name: grids[name] for name in others}))
-
-
-def _states(name: str, response: Response) -> tuple[dict[str, Dataset], GridPaths]:
-    domain, at = response.domain, f"{name}/states"
-    chosen = {load: state for load, state in sorted(response.states.items()) if state.stored}
-    pressure = [on_nodes(domain, state.pressure) for state in chosen.values()]
+    """The curve, and the stored states on their mesh; no grid if there is no state yet."""
     datasets = {
-        **nodes(domain, at),
-        f"{at}/chi": Dataset(on_nodes(domain, response.chi), "1", "density field chi; on edges the mean"),
-        f"{at}/pressure": Dataset(np.concatenate(pressure), "N/mm^2", "pressure p, one state after the other"),
-        f"{at}/displacement": Dataset(
+        f"curves/{column}": Dataset(values, UNITS.get(column, "1"), f"{column} along the path")
+        for column, values in result.curves.items()
+    }
+    chosen = {load: state for load, state in sorted(result.response.states.items()) if state.stored}
+    if not chosen:
+        return Packed(result.summary, datasets)
+    domain = result.response.domain
+    pressure = [on_nodes(domain, state.pressure) for state in chosen.values()]
+    chi = on_nodes(domain, result.response.chi)
+    datasets |= {
+        **nodes(domain, "states"),
+        "states/chi": Dataset(chi, "1", "density field chi; on edges the mean"),
+        "states/pressure": Dataset(np.concatenate(pressure), "N/mm^2", "pressure p, one state after the other"),
+        "states/displacement": Dataset(
             np.concatenate([state.displacement for state in chosen.values()]), "mm", "u, one state after the other"
         ),
-        f"{at}/load_factor": Dataset(np.array(list(chosen)), "1", "load factors of the states"),
+        "states/load_factor": Dataset(np.array(list(chosen)), "1", "load factors of the states"),
     }
-    fields = {field: f"/{at}/{field}" for field in ("chi", "pressure", "displacement")}
-    grid = GridPaths(f"/{at}/points", f"/{at}/connectivity", QUADRATIC_HEXAHEDRON, fields, tuple(chosen))
-    return datasets, grid
+    fields = {field: f"/states/{field}" for field in ("chi", "pressure", "displacement")}
+    grid = GridPaths("/states/points", "/states/connectivity", QUADRATIC_HEXAHEDRON, fields, tuple(chosen))
+    return Packed(result.summary, datasets, grid)
 
 
 def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What a user reads of the summary of a simulation."""
     text = [("at p_in", f"{'T3/mm':>10}{'theta2/deg':>12}{'spring/mm':>11}{'energy':>9}{'leak':>10}")]
-    for name, field in found["fields"].items():
-        at = field["at_target"]
-        if at is None:
-            text.append((name, f"not reached; largest load factor {field['largest_load']:.4g}"))
-            continue
+    if at := found["at_target"]:
         moved = f"{at['T3']:10.4f}{math.degrees(at['theta2']):12.4f}{at['elongation']:11.4f}"
-        text.append((name, f"{moved}{at['energy_ratio']:9.4f}{at['leak']:10.2e}"))
-    for name, field in found["fields"].items():
-        text += [(name if row == 0 else "", sentence) for row, sentence in enumerate(sentences(name, field))]
-    for name, change in found["between_fields"].items():
-        if name in ("T3", "theta2", "elongation"):
-            text.append(
-                ("thresholding" if name == "T3" else "", f"changes {name} by {100 * change['relative']:+.2f} %")
-            )
-    return text
+        text.append(("density", f"{moved}{at['energy_ratio']:9.4f}{at['leak']:10.2e}"))
+    else:
+        text.append(("density", f"not reached; largest load factor {found['largest_load']:.4g}"))
+    return text + [("", sentence) for sentence in sentences(found)]
 
 
 def shortfall(found: Mapping[str, Any], path: str) -> str:
-    """Which paths were not followed up and down, and why; empty if all were."""
+    """That the path was not followed up and down, and why; empty if it was."""
     if not found["finished"]:
-        return f"Interrupted; the curves so far are in {path}, run the same command to compute them to the end."
-    ended = [f"{name}: {entry['ended']}" for name, entry in found["fields"].items() if not entry["complete"]]
-    return f"The curves are in {path} as far as they go. {' '.join(ended)}" if ended else ""
+        return f"Interrupted; the curve so far is in {path}, run the same command to compute it to the end."
+    return "" if found["complete"] else f"The curve is in {path} as far as it goes. {found['ended']}"
 
 
-def sentences(name: str, field: Mapping[str, Any]) -> list[str]:
-    """What a summary says of a field, besides its figures at p_in."""
-    meant = "the optimised state" if name == "density" else "the state found directly"
-    difference = field["difference"]
+def sentences(found: Mapping[str, Any]) -> list[str]:
+    """What a summary says besides the figures at p_in."""
     said = []
-    if difference:
-        figures = ", ".join(f"{key} {value:.1e}" for key, value in difference.items())
-        answer = "is reached" if field["reached"] else "is NOT the one that is reached"
-        said.append(f"{meant} {answer} (relative differences: {figures})")
-    elif field["at_target"]:
-        said.append("no state was found directly to compare with")
-    if field["limit_points"]:
-        said += [_limit(limit) for limit in field["limit_points"][:SHOWN]]
-        if (more := len(field["limit_points"]) - SHOWN) > 0:
+    if found["difference"]:
+        figures = ", ".join(f"{key} {value:.1e}" for key, value in found["difference"].items())
+        answer = "is reached" if found["reached"] else "is NOT the one that is reached"
+        said.append(f"the optimised state {answer} (relative differences: {figures})")
+    if found["limit_points"]:
+        said += [_limit(limit) for limit in found["limit_points"][:SHOWN]]
+        if (more := len(found["limit_points"]) - SHOWN) > 0:
             said.append(f"and {more} more limit points")
     else:
-        said.append(f"no limit point up to a load factor of {field['largest_load']:.4g}")
-    for change in [change for change in field["instabilities"] if not change["at_limit_point"]][:SHOWN]:
+        said.append(f"no limit point up to a load factor of {found['largest_load']:.4g}")
+    for change in [change for change in found["instabilities"] if not change["at_limit_point"]][:SHOWN]:
         (low, high), (before, after) = change["load_factors"], change["negative_eigenvalues"]
         said.append(f"between {low:.4g} and {high:.4g} the negative eigenvalues change from {before} to {after}")
-    if field["hysteresis"]:
-        said.append(f"up and down differ by {max(field['hysteresis'].values()):.1e} of the largest value")
-    if field["ended"]:
-        said.append(field["ended"])
+    if found["hysteresis"]:
+        said.append(f"up and down differ by {max(found['hysteresis'].values()):.1e} of the largest value")
+    if found["ended"]:
+        said.append(found["ended"])
     return said
 
 

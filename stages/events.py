@@ -39,8 +39,8 @@ class LoadStep:
     """A point of a pressure-displacement curve.
 
     Attributes:
-        field: which density field.
-        record: one row of the curve, :data:`stages.simulate.COLUMNS`.
+        field: what is inflated, the density field or the part as printed.
+        record: one row of the curve, :data:`stages.response.COLUMNS` or :data:`stages.inflation.UNITS`.
         max_load: load factor at which the way up ends.
     """
 

@@ -137,7 +137,7 @@ class Course:
             "share_above": found.share_above(self.problem.objective.strain_limit),
             "stretch_max": float(found.stretch.max()),
             "stretch_p99": found.percentile(found.stretch, 0.99),
-            **_plate_forces(self.mesh, state, whole),
+            **_plate_forces(self.mesh, state, whole * inflation.reactions(point.z, point.load)),
             "limit_point": float(point.limit),
             "newton": float(point.newton),
         }
@@ -217,11 +217,14 @@ class Course:
 APART = 0.1
 
 
-def _plate_forces(mesh: BodyMesh, state: State, whole: float) -> dict[str, float]:
-    """What the body pulls at the plates by, N, and its moments about their centres, N mm: the load of the glue."""
+def _plate_forces(mesh: BodyMesh, state: State, reactions: Floats) -> dict[str, float]:
+    """What the body pulls at the plates by, N, and its moments about their centres, N mm: the load of the glue.
+
+    The air on the plates themselves comes in addition.
+    """
     forces = {}
     for name, nodes, centre in (("fixed", mesh.fixed, 0.0), ("arm", mesh.tip, mesh.length)):
-        pull = -whole * state.nodal[nodes]
+        pull = -reactions[nodes]
         arm = mesh.nodes[nodes] - [centre, 0.0, 0.0]
         if name == "arm":
             # About the centre of the plate, which moves with it.

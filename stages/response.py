@@ -1,8 +1,7 @@
-"""The response of one density field to a rising and falling pressure, and what a summary says of it."""
+"""The response of a density field to a rising and falling pressure, and what a summary says of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Columns of a curve, in the order of a table. ``leak`` is the largest p on the outer wall over p_in.
 COLUMNS = ("load_factor", "pressure", "T1", "T3", "theta2", "elongation", "energy_ratio", "leak", "loading", "newton")
-#: What is compared between fields and reported at p_in.
+#: What is reported at p_in.
 FIGURES = ("T3", "theta2", "elongation", "energy_ratio", "leak")
 #: Relative difference below which two states are one; converged to 1e-8 they agree to about that.
 SAME = 1e-4
@@ -46,18 +45,16 @@ class Response:
     """What is known of a field's path; it grows point by point.
 
     Attributes:
-        name: of the field.
         domain, chi: mesh, mm, and field, (n_vertices,).
         units: those of the computation.
         records: points along the path, :data:`COLUMNS`.
         negative: negative eigenvalues of the tangent with the pressure held, one per record; None if not known.
         limits: indices of records that are limit points.
         states: by load factor, where the way up first meets it.
-        difference: at p_in from the state found directly; None if there is none or the path did not come there.
+        difference: at p_in from the optimised state; None if the path did not come there.
         ended: one sentence if the path could not be followed to its end.
     """
 
-    name: str
     domain: Domain
     chi: Floats
     units: Units
@@ -105,29 +102,15 @@ class Response:
         return next((r for r in self.records if r["loading"] == wanted and r["load_factor"] == load), None)
 
 
-def summarised(responses: Mapping[str, Response], pressure: float) -> dict[str, Any]:
-    """Summary of all fields; see docs/use/simulation.md."""
-    fields_ = {name: _summary(response) for name, response in responses.items()}
-    one, two = (fields_.get(name, {}).get("at_target") for name in ("density", "thresholded"))
-    between = {}
-    if one and two:
-        between = {
-            name: {"absolute": two[name] - one[name], "relative": two[name] / one[name] - 1.0}
-            for name in FIGURES
-            if one[name]
-        }
-    return {"pressure_in": pressure, "fields": fields_, "between_fields": between}
-
-
-def _summary(response: Response) -> dict[str, Any]:
+def summarised(response: Response, pressure: float) -> dict[str, Any]:
+    """What a summary says of a path to a multiple of the pressure p_in, N/mm²; see docs/use/simulation.md."""
     target, last = response.first(1.0, loading=True), response.records[-1]
     limits = _limit_points(response)
     difference = response.difference
-    reached = target is not None and difference is not None and max(difference.values()) < SAME
-    before = [limit for limit in limits if limit["loading"] and limit["before_target"]]
     return {
-        "reached": reached,
-        "snaps_before_target": bool(before),
+        "pressure_in": pressure,
+        "reached": difference is not None and max(difference.values()) < SAME,
+        "snaps_before_target": any(limit["loading"] and limit["before_target"] for limit in limits),
         "difference": difference or {},
         "limit_points": limits,
         "instabilities": _instabilities(response),

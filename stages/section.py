@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, field_validator
 from pydantic.json_schema import JsonSchemaValue
@@ -16,7 +16,13 @@ SMALLEST, LARGEST = 1e-20, 1e20
 
 
 class Section(BaseModel):
-    """A frozen section of the case file; unknown keys are refused."""
+    """A frozen section of the case file; unknown keys are refused.
+
+    Attributes:
+        gone: keys that earlier versions had, with what to do about them. Cases stored in artifacts may have them.
+    """
+
+    gone: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
 

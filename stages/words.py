@@ -2,8 +2,8 @@
 
 from typing import Literal
 
-#: Density fields that are simulated: the optimised one, and the solid that is exported as far as a mesh shows it.
-FieldName = Literal["density", "thresholded"]
+#: Curves that a recorded test is compared with: of the part as printed, and of the simulated density field.
+PredictionName = Literal["as-printed", "density"]
 #: Where the zero of recorded signals is taken from.
 Zero = Literal["rest", "first", "none"]
 #: What the displacement's signal does as the pressure rises.

@@ -99,10 +99,10 @@ def summary(finished: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def pressurised(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The tiny case, simulated; the thresholded field as soft as the optimised one, so that few steps will do."""
+    """The tiny case, simulated."""
     place = tmp_path_factory.mktemp("simulated")
     shutil.copytree(finished, place, dirs_exist_ok=True)
-    (place / "tiny.yaml").write_text(TINY + "simulate: {sharpness: 1.0, max_load: 1.2, states: [0.5, 1]}\n")
+    (place / "tiny.yaml").write_text(TINY + "simulate: {max_load: 1.2, states: [0.5, 1]}\n")
     assert call(["simulate", str(place / "tiny.yaml"), "--output", str(place), "--threads", "1"]) == 0
     return place
 

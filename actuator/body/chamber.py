@@ -52,6 +52,12 @@ def volume(x: Floats, walls: Ints) -> float:
     return -float(np.einsum("q,fq->", _WEIGHTS, np.linalg.det(v))) / 3.0
 
 
+def tractions(x: Floats, walls: Ints) -> Floats:
+    """-∫ N n dA of the nodes of every wall face, (n, 6, 3), mm²: forces of a unit pressure on the body."""
+    v = np.einsum("qsa,fai->fqsi", _SHAPES[:, 1:], x[walls])
+    return -np.einsum("q,qa,fqi->fai", _WEIGHTS, _SHAPES[:, 0], np.cross(v[:, :, 0], v[:, :, 1]), optimize=True)
+
+
 def gradient(x: Floats, walls: Ints) -> Floats:
     """∂V/∂x of the nodes of every wall face, (n, 6, 3), mm²."""
     v = np.einsum("qsa,fai->fqsi", _SHAPES, x[walls])

@@ -1,7 +1,7 @@
 """Element loops of the 10-node tetrahedron at finite strain, compiled for the type of the law's constants.
 
-Cells have straight edges, so that ∇N is Σ_c ∂N/∂λ_c ∇λ_c with constant ∇λ_c. In the mixed form the mean stress π,
-linear in every cell and continuous, is an unknown of its own,
+Cells are isoparametric: those at the surface have curved edges. In the mixed form the mean stress π, linear in every
+cell and continuous, is an unknown of its own,
 
     W = G w(b̄) + π ln J - π² / (2 K),
 
@@ -12,10 +12,12 @@ K/2 (ln J)² instead.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
-from actuator.arrays import Floats
+from actuator.arrays import Floats, Ints
 from actuator.body.mesh import EDGES
 from actuator.material.elasticity import contractions, isochoric_stress
 from actuator.material.pointwise import energy
@@ -37,24 +39,52 @@ def shape_slopes(barycentric: Floats) -> Floats:
 
 
 SLOPES = shape_slopes(POINTS)
-_WEIGHT = 1.0 / len(POINTS)
+
+
+class Points(NamedTuple):
+    """The points of the rule in all cells.
+
+    Attributes:
+        barycentric: :data:`POINTS`, (4, 4).
+        gradients: ∇N, (n_cells, 4, 10, 3), 1/mm.
+        volumes: what each point stands for, (n_cells, 4), mm³.
+    """
+
+    barycentric: Floats
+    gradients: Floats
+    volumes: Floats
+
+
+def points_of(nodes: Floats, cells: Ints) -> Points:
+    """The points of the rule in cells (n_cells, 10) with their nodes at (n_nodes, 3), mm."""
+    local = SLOPES[:, :, 1:] - SLOPES[:, :, :1]  # by λ_1 to λ_3, with λ_0 = 1 - λ_1 - λ_2 - λ_3
+    jacobian = np.einsum("eai,qac->eqic", nodes[cells], local)
+    gradients = np.einsum("qac,eqcj->eqaj", local, np.linalg.inv(jacobian))
+    return Points(POINTS, gradients, np.linalg.det(jacobian) / (6.0 * len(POINTS)))
+
+
+def least_jacobian(nodes: Floats, cells: Ints) -> Floats:
+    """Smallest det ∂X/∂λ at nodes and points of the rule over the mean at these points, (n_cells,)."""
+    corners = np.eye(4)
+    places = np.concatenate([corners, corners[EDGES].mean(axis=1), POINTS])
+    slopes = shape_slopes(places)
+    jacobian = np.einsum("eai,qac->eqic", nodes[cells], slopes[:, :, 1:] - slopes[:, :, :1])
+    determinant = np.linalg.det(jacobian)
+    return np.asarray(determinant.min(axis=1) / np.abs(determinant[:, -len(POINTS) :].mean(axis=1)))
+
+
 #: Local number pairs a <= d of the packed blocks, in order.
 PAIRS = np.array([(a, d) for a in range(10) for d in range(a, 10)])
 
 
 @njit(cache=True)
-def _kinematics(lambdas, slopes, u, n, b):
-    """Write ∇N into n (10, 3) and b = F Fᵀ; return ln J (NaN if J <= 0); n becomes F⁻ᵀ ∇N."""
+def _kinematics(gradient, u, n, b):
+    """Write n = F⁻ᵀ ∇N (10, 3) and b = F Fᵀ; return ln J (NaN if J <= 0)."""
     F = np.eye(3)
     for a in range(10):
-        for j in range(3):
-            value = 0.0
-            for c in range(4):
-                value += slopes[a, c] * lambdas[c, j]
-            n[a, j] = value
         for i in range(3):
             for j in range(3):
-                F[i, j] += u[a, i] * n[a, j]
+                F[i, j] += u[a, i] * gradient[a, j]
     J = (
         F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
         - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
@@ -70,23 +100,21 @@ def _kinematics(lambdas, slopes, u, n, b):
             cofactor[i, j] = (F[k, r] * F[m, s] - F[k, s] * F[m, r]) / J
             b[i, j] = F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1] + F[i, 2] * F[j, 2]
     for a in range(10):
-        g0, g1, g2 = n[a, 0], n[a, 1], n[a, 2]
+        g0, g1, g2 = gradient[a, 0], gradient[a, 1], gradient[a, 2]
         for i in range(3):
             n[a, i] = cofactor[i, 0] * g0 + cofactor[i, 1] * g1 + cofactor[i, 2] * g2
     return np.log(J)
 
 
 @njit(cache=True, parallel=True)
-def forces(c, mixed, points, slopes, cells, lambdas, volumes, u, pi, f, g, density, log_J):
+def forces(c, mixed, points, cells, u, pi, f, g, density, log_J):
     """Write nodal forces, volumetric equations, energy and ln J of all cells.
 
     Args:
         c: constants, :func:`actuator.material.constants.constants_of`.
         mixed: whether π is an unknown.
-        points, slopes: :data:`POINTS` and :data:`SLOPES`.
+        points: of the cells, :class:`Points`.
         cells: (n, 10).
-        lambdas: ∇λ, (n, 4, 3), 1/mm.
-        volumes: (n,), mm³.
         u: (n_nodes, 3), mm.
         pi: (n_vertices,), N/mm²; not read in the plain form.
         f: out, (n, 10, 3), N.
@@ -103,22 +131,22 @@ def forces(c, mixed, points, slopes, cells, lambdas, volumes, u, pi, f, g, densi
                 f[e, a, i] = 0.0
         for a in range(4):
             g[e, a] = 0.0
-        for q in range(len(points)):
-            logarithm = _kinematics(lambdas[e], slopes[q], ue, n, b)
+        for q in range(4):
+            logarithm = _kinematics(points.gradients[e, q], ue, n, b)
             log_J[e, q] = logarithm
             if np.isnan(logarithm):
                 density[e, q] = np.nan
                 continue
             isochoric = isochoric_stress(c, np.exp(-2.0 / 3.0 * logarithm), b, S)
-            dx = _WEIGHT * volumes[e]
+            dx = points.volumes[e, q]
             density[e, q] = c.shear * energy(c, isochoric)
             spherical = c.bulk * logarithm
             if mixed:
                 spherical = 0.0
                 for a in range(4):
-                    spherical += points[q, a] * pi[cells[e, a]]
+                    spherical += points.barycentric[q, a] * pi[cells[e, a]]
                 for a in range(4):
-                    g[e, a] += dx * points[q, a] * (logarithm - spherical / c.bulk)
+                    g[e, a] += dx * points.barycentric[q, a] * (logarithm - spherical / c.bulk)
                 density[e, q] += 0.5 * spherical * spherical / c.bulk
             else:
                 density[e, q] += 0.5 * spherical * logarithm
@@ -132,7 +160,7 @@ def forces(c, mixed, points, slopes, cells, lambdas, volumes, u, pi, f, g, densi
 
 
 @njit(cache=True, parallel=True)
-def tangents(c, shearing, mixed, points, slopes, cells, lambdas, volumes, u, pi, K, B, C):
+def tangents(c, shearing, mixed, points, cells, u, pi, K, B, C):
     """Write the second derivatives of the energy of all cells.
 
     Args:
@@ -152,17 +180,17 @@ def tangents(c, shearing, mixed, points, slopes, cells, lambdas, volumes, u, pi,
         if mixed:
             B[e] = 0.0
             C[e] = 0.0
-        dx = _WEIGHT * volumes[e]
-        for k in range(3):
-            for s in range(3):
-                h[3 * k + s, k, s] = dx
-        for q in range(len(points)):
-            logarithm = _kinematics(lambdas[e], slopes[q], ue, n, b)
+        for q in range(4):
+            dx = points.volumes[e, q]
+            for k in range(3):
+                for s in range(3):
+                    h[3 * k + s, k, s] = dx
+            logarithm = _kinematics(points.gradients[e, q], ue, n, b)
             # With π held, τ = π I + G dev S and δ(π I) = 0: that of K = 0 and J p = -π, but for the change of J.
             pressure = 0.0
             if mixed:
                 for a in range(4):
-                    pressure += points[q, a] * pi[cells[e, a]]
+                    pressure += points.barycentric[q, a] * pi[cells[e, a]]
             contractions(shearing, 1.0, -pressure, logarithm, np.exp(-2.0 / 3.0 * logarithm), b, h, M, S)
             if mixed:
                 for k in range(3):
@@ -171,9 +199,9 @@ def tangents(c, shearing, mixed, points, slopes, cells, lambdas, volumes, u, pi,
                 for v in range(4):
                     for a in range(10):
                         for i in range(3):
-                            B[e, v, a, i] += dx * points[q, v] * n[a, i]
+                            B[e, v, a, i] += dx * points.barycentric[q, v] * n[a, i]
                     for w in range(4):
-                        C[e, v, w] -= dx * points[q, v] * points[q, w] / c.bulk
+                        C[e, v, w] -= dx * points.barycentric[q, v] * points.barycentric[q, w] / c.bulk
             pair = 0
             for a in range(10):
                 for i in range(3):

@@ -57,6 +57,14 @@ class BodyMesh:
     length: float
     half: bool
 
+    @property
+    def free(self) -> Bools:
+        """Which displacements of nodes are unknowns of their own, (n_nodes, 3)."""
+        free = np.ones(self.nodes.shape, dtype=bool)
+        free[self.fixed] = free[self.tip] = False
+        free[self.symmetry, 1] = False
+        return free
+
 
 def quadratic(tetrahedra: Tetrahedra) -> tuple[Floats, Ints]:
     """Nodes (n_nodes, 3), the vertices first, and cells (n, 10) of the same tetrahedra with nodes on their edges."""

@@ -13,32 +13,34 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from actuator.arrays import Bools, Floats, Ints
-from actuator.body.mesh import BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
+from actuator.body.element import least_jacobian
+from actuator.body.mesh import EDGES, BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
 from actuator.body.plates import Glued
 from actuator.failure import NotInflatable
 from actuator.geometry.distance import distance, signed_distance
 from actuator.geometry.zero_set import Surface
 
 #: Edge of the grid's cubes over the size of the tetrahedra.
-GRID = 0.6
+GRID = 0.4
 #: Values of the level set that count as zero, over the edge of the cubes, so that no slivers are cut off.
 ZERO = 0.05
 #: Mmg's largest distance of the boundary from the level set, over the size, and its ratio of neighbouring edges.
-CHORD, GRADATION = 0.025, 1.5
+CHORD, GRADATION = 0.1, 1.5
 #: Least edge over the size.
 SHORTEST = 0.2
 #: How far the solid's vertices may lie off the mesh, over the size, before the mesh is too coarse for it; and how much
 #: of its boundary may be taken for the wrong side.
 MOST_OFF, MOST_MISTAKEN = 0.5, 0.02
+#: Share of its volume by which a mesh may differ from the solid.
+MOST_LOST = 0.1
 #: How far nodes of a plane may lie off it, over the size; they are then put onto it.
 FLAT = 1e-6
-#: Triangles among which that one is looked for whose side a face of the mesh is.
-NEIGHBOURS = 8
-#: Numbers that Mmg keeps faces apart by: the sides, and the planes of plates and symmetry.
-_SIDES, _PLANES = 10, ((0, 1), (0, 2), (1, 3))
+#: Least det ∂X/∂λ over its mean in a cell with curved edges, and how often distorted cells get their vertices back.
+LEAST_JACOBIAN, MOST_RETREATS = 0.2, 5
+#: Number of the sides, by which Mmg keeps them apart from the planes, which count from 1.
+_SIDES = 10
 
 
 def mesh_of(solid: Glued, size: float, *, half: bool | None = None) -> BodyMesh:
@@ -148,6 +150,8 @@ def _named(
     fixed, tip, *symmetry = (on_plane(nodes, faces, axis, at, 0.0) for axis, at in planes)
     on_symmetry = symmetry[0] if symmetry else np.zeros(len(faces), dtype=bool)
     sides = faces[~(fixed | tip | on_symmetry)]
+    _check_volume(nodes, cells, solid, size, half)
+    nodes = _fitted(nodes, cells, np.unique(sides), len(points), _sides_beyond_plates(solid), planes)
     _check_distance(nodes, sides, solid, size, half)
     wall = _pressed(nodes, sides, solid, size)
     return BodyMesh(
@@ -163,6 +167,64 @@ def _named(
         length=solid.length,
         half=half,
     )
+
+
+def _fitted(
+    nodes: Floats, cells: Ints, sides: Ints, vertices: int, surface: Surface, planes: tuple[tuple[int, float], ...]
+) -> Floats:
+    """The nodes with those of the sides on the solid's surface, so that cells there have its curvature.
+
+    Where a cell would be too distorted, its edges stay straight, or its vertices where Mmg has put them.
+    """
+    corner, middle = sides[sides < vertices], sides[sides >= vertices]
+    moved = nodes.copy()
+    moved[corner] = _onto(nodes[corner], surface, planes)
+    ends = np.empty((len(nodes), 2), dtype=np.int64)
+    ends[cells[:, 4:].ravel()] = cells[:, EDGES].reshape(-1, 2)
+    ends = ends[vertices:]
+    for _ in range(MOST_RETREATS):
+        bad = least_jacobian(_straight(moved, ends, vertices), cells) < LEAST_JACOBIAN
+        if not bad.any():
+            break
+        back = np.unique(cells[bad, :4])
+        moved[back] = nodes[back]
+    straight = _straight(moved, ends, vertices)
+    curved = straight.copy()
+    curved[middle] = _onto(straight[middle], surface, planes)
+    while (bad := least_jacobian(curved, cells) < LEAST_JACOBIAN).any():
+        stuck = np.unique(cells[bad])
+        if (curved[stuck] == straight[stuck]).all():
+            break
+        curved[stuck] = straight[stuck]
+    return curved
+
+
+def _straight(nodes: Floats, ends: Ints, vertices: int) -> Floats:
+    """The nodes with those on edges in the middle of their ends (n_edges, 2)."""
+    return np.concatenate([nodes[:vertices], nodes[ends].mean(axis=1)])
+
+
+def _onto(points: Floats, surface: Surface, planes: tuple[tuple[int, float], ...]) -> Floats:
+    """The nearest points of a surface; those of points on a plane stay on it."""
+    import pyvista  # slow to load
+
+    there = pyvista.PolyData.from_regular_faces(surface.vertices, surface.triangles)
+    nearest = np.array(there.find_closest_cell(points, return_closest_point=True)[1], dtype=np.float64)
+    for axis, at in planes:
+        nearest[points[:, axis] == at, axis] = at
+    return nearest
+
+
+def _check_volume(nodes: Floats, cells: Ints, solid: Glued, size: float, half: bool) -> None:
+    """Refuse a mesh of what is left of walls that are thinner than the grid."""
+    corners = solid.surface.vertices[solid.surface.triangles]
+    own = float(np.linalg.det(corners).sum()) / (12.0 if half else 6.0)
+    found = float(signed_volumes(nodes, cells[:, :4]).sum())
+    if abs(found / own - 1.0) > MOST_LOST:
+        raise NotInflatable(
+            f"The mesh is too coarse for the solid: it has {100.0 * found / own:.0f} % of its volume, as walls or gaps "
+            f"are thinner than tetrahedra of {size:.3g} mm can show; choose a smaller size."
+        )
 
 
 def _check_distance(nodes: Floats, sides: Ints, solid: Glued, size: float, half: bool) -> None:
@@ -182,17 +244,17 @@ def _check_distance(nodes: Floats, sides: Ints, solid: Glued, size: float, half:
 
 
 def _pressed(nodes: Floats, sides: Ints, solid: Glued, size: float) -> Bools:
-    """Which faces of the sides are walls of the chamber, as the nearest triangle that faces the same way says."""
-    triangles = solid.surface.vertices[solid.surface.triangles[~(solid.at_fixed | solid.at_arm)]]
-    wall = solid.wall[~(solid.at_fixed | solid.at_arm)]
+    """Which faces of the sides are walls of the chamber, as the nearer of the solid's walls and other sides says."""
+    vertices, triangles = solid.surface.vertices, solid.surface.triangles
     corners = nodes[sides[:, :3]]
-    found = cKDTree(triangles.mean(axis=1)).query(corners.mean(axis=1), k=NEIGHBOURS)[1]
-    near: Ints = np.asarray(found, dtype=np.int64)
-    facing = np.einsum("fi,fki->fk", _normals(corners), _normals(triangles)[near])
-    says = wall[near[np.arange(len(near)), np.argmax(facing > 0.0, axis=1)]]
+    other = ~(solid.wall | solid.at_fixed | solid.at_arm)
+    to_wall, to_other = (
+        distance(corners.mean(axis=1), Surface(vertices, triangles[own])) for own in (solid.wall, other)
+    )
+    says = to_wall < to_other
     # Faces that hang together off the planes are of one side.
     group = _groups(sides)
-    area = np.linalg.norm(_normals(corners), axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     share = np.bincount(group, area * says) / np.bincount(group, area)
     mistaken = np.minimum(share, 1.0 - share) @ np.bincount(group, area) / area.sum()
     if mistaken > MOST_MISTAKEN:
@@ -201,11 +263,6 @@ def _pressed(nodes: Floats, sides: Ints, solid: Glued, size: float) -> Bools:
             "a smaller size."
         )
     return np.asarray((share > 0.5)[group])
-
-
-def _normals(corners: Floats) -> Floats:
-    """Normals of triangles (n, 3, 3) as long as their areas, (n, 3), mm²."""
-    return 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _groups(faces: Ints) -> Ints:
@@ -222,7 +279,11 @@ def _groups(faces: Ints) -> Ints:
 
 def _opening(nodes: Floats, walls: Ints, length: float) -> float:
     """Area that the chamber opens to the arm's plate, 1/2 ∮ (y dz - z dy) along its rim, mm²."""
-    edges = walls[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    rim = edges[(nodes[edges, 0] == length).all(axis=1)]
-    (y, z), (y_next, z_next) = nodes[rim[:, 0], 1:].T, nodes[rim[:, 1], 1:].T
-    return abs(0.5 * float(np.sum(y * z_next - z * y_next)))
+    edges = walls[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
+    start, middle, end = nodes[edges[(nodes[edges, 0] == length).all(axis=1)], 1:].transpose(1, 0, 2)
+
+    def product(one: Floats, other: Floats) -> float:
+        return float(np.sum(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]))
+
+    # Exact for parabolas: ∮ of the edges' three shape functions and their slopes.
+    return abs(2.0 * (product(start, middle) + product(middle, end)) - 0.5 * product(start, end)) / 3.0

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from actuator.arrays import Floats, Ints
-from actuator.body.element import POINTS, SLOPES
-from actuator.body.mesh import BodyMesh, signed_volumes
+from actuator.arrays import Bools, Floats, Ints
+from actuator.body.element import POINTS, points_of
+from actuator.body.mesh import BodyMesh
 
 #: Depth, over the length of the body, to which a node of the surface must have entered another cell to count.
 ENTERED = 1e-3
@@ -68,25 +69,19 @@ def strains(mesh: BodyMesh, displacement: Floats, density: Floats, youngs_modulu
         density: Ψ at the points of the cells, (n_cells, 4), N/mm².
         youngs_modulus: E, N/mm².
     """
-    corners = mesh.nodes[mesh.cells[:, :4]]
-    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1])
-    u = displacement[mesh.cells]
-    stretch = np.empty(density.shape)
-    for q, slopes in enumerate(SLOPES):
-        # ∂/∂λ_1..3 with λ_0 = 1 - λ_1 - λ_2 - λ_3.
-        local = np.einsum("eai,ac->eic", u, slopes[:, 1:] - slopes[:, :1])
-        F = np.eye(3) + local @ inverse.transpose(0, 2, 1)
-        stretch[:, q] = np.sqrt(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, -1])
-    weights = np.repeat(signed_volumes(mesh.nodes, mesh.cells[:, :4])[:, None] / len(POINTS), len(POINTS), axis=1)
-    places = np.einsum("qc,eci->eqi", POINTS, corners)
-    return Strains(np.sqrt(2.0 * np.maximum(density, 0.0) / youngs_modulus), stretch, weights, places)
+    points = points_of(mesh.nodes, mesh.cells)
+    F = np.eye(3) + np.einsum("eai,eqaj->eqij", displacement[mesh.cells], points.gradients)
+    stretch = np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, 2, 3) @ F)[..., -1])
+    places = np.einsum("qc,eci->eqi", POINTS, mesh.nodes[mesh.cells[:, :4]])
+    return Strains(np.sqrt(2.0 * np.maximum(density, 0.0) / youngs_modulus), stretch, points.volumes, places)
 
 
 def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float] | None:
     """Where walls have passed into each other, undeformed, mm; None if nowhere.
 
-    A node of the surface touches if it lies inside of another part of the deformed body, taken with flat faces, by more
-    than :data:`ENTERED`; contact is not part of the equilibrium, so nothing stops it from doing so.
+    A node of the surface touches if it lies inside of another part of the deformed body, taken with flat faces, or of
+    the image of a half, by more than :data:`ENTERED`; contact is not part of the equilibrium, so nothing stops it from
+    doing so.
     """
     deformed = mesh.nodes + displacement
     depth = ENTERED * mesh.length
@@ -100,18 +95,25 @@ def touching(mesh: BodyMesh, displacement: Floats) -> tuple[float, float, float]
     local = np.einsum("nkcj,nkj->nkc", inverse[near], deformed[number][:, None] - corners[near, 0])
     barycentric = np.concatenate([local, 1.0 - local.sum(axis=2, keepdims=True)], axis=2)
     inside = (barycentric * heights[near]).min(axis=2)
-    inside[_own(mesh, number, near)] = -np.inf
-    worst = int(np.argmax(inside.max(axis=1)))
-    if inside[worst].max() <= depth:
+    node, which = np.nonzero(inside > depth)
+    entered = np.zeros(len(number))
+    if len(node):
+        foreign = ~_beside(mesh, number[node], near[node, which])
+        np.maximum.at(entered, node[foreign], inside[node[foreign], which[foreign]])
+    if mesh.half:
+        entered = np.maximum(entered, -deformed[number, 1])
+    worst = int(np.argmax(entered))
+    if entered[worst] <= depth:
         return None
     x, y, z = mesh.nodes[number[worst]].tolist()
     return x, y, z
 
 
-def _own(mesh: BodyMesh, number: Ints, near: Ints) -> Ints:
-    """Which of the near cells lie beside the node in the undeformed body, (n, k), as those that hold its neighbours."""
-    reach = np.linalg.norm(np.ptp(mesh.nodes[mesh.cells[:, :4]], axis=1), axis=1)
-    centres = mesh.nodes[mesh.cells[:, :4]].mean(axis=1)
-    apart = np.linalg.norm(centres[near] - mesh.nodes[number][:, None], axis=2)
-    own: Ints = apart < 2.0 * reach[near]
-    return own
+def _beside(mesh: BodyMesh, nodes: Ints, cells: Ints) -> Bools:
+    """Whether cells (n,) share a vertex with one that holds the node (n,), as flat faces cut off nodes between them."""
+    number = np.arange(len(mesh.cells))
+    ones, size = np.ones(mesh.cells.shape, dtype=np.int32), (len(mesh.cells), len(mesh.nodes))
+    holds = csr_array((ones.ravel(), (np.repeat(number, mesh.cells.shape[1]), mesh.cells.ravel())), size)
+    asked, row = np.unique(nodes, return_inverse=True)
+    around = holds[:, asked].T @ holds @ holds.T
+    return np.asarray(around[row, cells] > 0)

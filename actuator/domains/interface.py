@@ -262,20 +262,6 @@ class Domain(ABC):
         weights.eliminate_zeros()
         return weights
 
-    def coinciding(self, factor: int) -> Ints:
-        """For every vertex of this mesh the number of the same point in :meth:`refined`, (n_vertices,).
-
-        Raises:
-            ValueError: if the finer mesh lacks one.
-        """
-        weights = self.prolongation(factor)
-        rows = np.flatnonzero(np.diff(weights.indptr) == 1)  # interpolated from one vertex alone: the same point
-        found = np.full(weights.shape[1], -1)
-        found[weights.indices[weights.indptr[rows]]] = rows
-        if found.min() < 0:
-            raise ValueError(f"the finer mesh lacks {np.count_nonzero(found < 0)} vertices of the coarse one")
-        return found
-
     # ----------------------------------------------------------------------------------------------- the solid
 
     def tetrahedra(self) -> Tetrahedra:

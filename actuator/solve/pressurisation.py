@@ -48,10 +48,6 @@ class Pressurisation:
         """z at λ = 0."""
         return np.zeros(len(self.load_derivative))
 
-    def packed(self, displacement: Floats, arm: Floats, pressure: Floats) -> Floats:
-        """z of a displacement field (n_nodes, 3), mm, T (3,) and a pressure (n_vertices,), N/mm²."""
-        return np.concatenate([self.equilibrium.kinematics.reduced(displacement, arm), pressure])
-
     def state(self, z: Floats, load: float) -> State:
         """The state at z, converged or not."""
         if self._seen is None or self._seen[0] is not z or self._seen[1] != load:

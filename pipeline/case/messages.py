@@ -66,6 +66,9 @@ class Messages:
 
     def _unknown_key(self, path: case_text.Path) -> str:
         known = self._keys(path[:-1])
+        section, _ = self.section(path[:-1])
+        if section and (remedy := getattr(section, "gone", {}).get(path[-1])):
+            return f"unknown key; {remedy}"
         close = difflib.get_close_matches(str(path[-1]), known, n=1, cutoff=0.6)
         if close:
             return f"unknown key; write '{close[0]}' if that was meant, else remove it"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Iterator, Mapping
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -179,20 +180,29 @@ def changed(case: Case, option: str, section: str, key: str, value: Any) -> Case
 
 
 def stored_case(resolved: dict[str, Any], origin: Path) -> Case:
-    """The case inside an artifact, without sections of stages that are not registered here.
+    """The case inside an artifact, without sections of stages that are not registered here, and without keys that went.
 
     Raises:
         Fault: if this version of the program does not understand it (ARTIFACT).
     """
     model = case_type()
     try:
-        return model.model_validate({key: value for key, value in resolved.items() if key in model.model_fields})
+        return model.model_validate(dict(_understood(resolved)))
     except ValidationError as error:
         raise Fault(
             ExitCode.ARTIFACT,
             f"{origin}: the case stored inside is not understood ({Messages(model).sentence(error.errors()[0])}); "
             "make the artifact again from its case file.",
         ) from None
+
+
+def _understood(resolved: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    known = sections()
+    for name, values in resolved.items():
+        if name in known:
+            yield name, {key: value for key, value in values.items() if key not in known[name].gone}
+        elif name in Case.model_fields or name == "compute":
+            yield name, values
 
 
 def case_schema() -> str:

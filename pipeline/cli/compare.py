@@ -9,7 +9,7 @@ import typer
 
 from pipeline.cli.options import FigureFormat, Output, Source
 from stages.chain import SCALE, youngs
-from stages.words import FieldName, Sensor, Zero
+from stages.words import PredictionName, Sensor, Zero
 
 #: As the rig's sheet has it.
 YOUNGS = youngs()
@@ -20,7 +20,10 @@ def compare(
     measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="Recorded test (.csv).")],
     scale: Annotated[float | None, typer.Option(SCALE.flag, help=SCALE.help)] = None,
     modulus: Annotated[float | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
-    field: Annotated[FieldName | None, typer.Option("--field", help="Simulated design. Default: density.")] = None,
+    prediction: Annotated[
+        PredictionName | None,
+        typer.Option("--prediction", help="Curve to compare with. Default: as printed if it is there, else density."),
+    ] = None,
     target: Annotated[
         float | None, typer.Option("--target", help="Pressure to compare at, kPa. Default: p_in of the part.")
     ] = None,
@@ -69,7 +72,7 @@ def compare(
     sensitivities = {Quantity.PRESSURE: pressure_sensitivity, Quantity.DISPLACEMENT: displacement_sensitivity}
     measurement = read_measurement(measured, columns, sensitivities)
     options = {"target": target, "zero": zero, "sensor": sensor, "lag": lag, "smoothing": smoothing}
-    found = compared(job, measurement, field, options)
+    found = compared(job, measurement, prediction, options)
     commands.make_folder(job.files.folder)
     found.write(format)
     typer.echo(found.as_json(format) if as_json else as_text(found, format))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,16 +14,24 @@ from stages.compare.deviations import Target
 MOST_POINTS = 1500
 #: Dark for averages, light for the rows themselves.
 LOADING, UNLOADING, PREDICTED = ("#1f4e79", "#a9c4e0"), ("#c55a11", "#f3c39f"), "#000000"
+BESIDE = "#2e7d32"
 
 
-def comparison(result: Result, prediction: Prediction, title: str = "", field: str = "") -> Figure:
-    """Measured rows in two light tones, averages in their dark ones, the prediction in black, the target dashed.
+def comparison(
+    result: Result,
+    prediction: Prediction,
+    title: str = "",
+    source: str = "",
+    beside: Mapping[str, Prediction] | None = None,
+) -> Figure:
+    """Measured rows in two light tones, averages in their dark ones, predictions in black and green, the target dashed.
 
     Args:
         result: of the comparison.
         prediction: what was compared with.
         title: above the figure.
-        field: which density field was simulated, for the legend.
+        source: of the prediction, for the legend.
+        beside: other predictions by name.
     """
     figure = Figure(figsize=(8.0, 5.2), dpi=110, layout="constrained", facecolor="white")
     axes = figure.subplots()
@@ -40,10 +50,13 @@ def comparison(result: Result, prediction: Prediction, title: str = "", field: s
         axes.plot(result.pressure, mean, color=dark, linewidth=1.2, label=f"measured, {name}, {_mean(len(rows))}")
     pressure, displacement = prediction.pressure, prediction.displacement
     if prediction.curve:
-        label = ", ".join(filter(None, ("predicted", field)))
+        label = ", ".join(filter(None, ("predicted", source)))
         axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label=label)
     else:
         axes.plot([0.0, *pressure], [0.0, *displacement], "D", color=PREDICTED, label="predicted, no curve")
+    for other, curve in (beside or {}).items():
+        points = [0.0, *curve.pressure], [0.0, *curve.displacement]
+        axes.plot(*points, color=BESIDE, linewidth=1.2, label=f"predicted, {other}")
     target = result.target
     axes.axvline(target.pressure, color="#7f7f7f", linestyle="--", linewidth=1.0, label=_target(target))
     axes.plot(target.pressure, target.mean, "o", color=LOADING[0], markersize=7.0)

@@ -32,8 +32,8 @@ def inflation(found: Response, simulation: Curves | None = None, rig: RigUnits |
         axes.plot(
             *_shown(name, curve["pressure"], curve[name], rig), "o-", color=PRINTED, markersize=4, label="as printed"
         )
-        if simulation and "density" in simulation.curves:
-            field = simulation.curves["density"]
+        if simulation:
+            field = simulation.curves
             here = (field["loading"] == 1.0) & (field["pressure"] <= reached * (1.0 + 1e-9))
             label = "density field, simulated"
             axes.plot(*_shown(name, field["pressure"][here], field[name][here], rig), "--", color=FIELD, label=label)

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,12 @@ from pipeline.store import artifact, contents
 from pipeline.store.atomic import write_bytes
 from pipeline.store.tables import as_csv
 from stages import compare
+from stages.compare import deviations
 from stages.rig import scaled
+from stages.words import PredictionName
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -30,14 +35,20 @@ class Source:
     """Where a prediction comes from.
 
     Attributes:
+        kind: ``as-printed`` for the inflated part, ``density`` for the simulated density field, ``design`` for the
+            single point of a design.
         path: the artifact.
-        field: which of its curves; empty for a single point.
         notes: sentences about its limits.
     """
 
+    kind: str
     path: Path
-    field: str
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """What it is, for people."""
+        return {"as-printed": "as printed", "density": "density field"}.get(self.kind, self.kind)
 
 
 @dataclass(frozen=True)
@@ -51,6 +62,7 @@ class Comparison:
         settings: of the comparison.
         prediction: scaled to the part.
         source: of the prediction.
+        others: predictions that are drawn beside it.
         result: of the comparison.
     """
 
@@ -60,7 +72,13 @@ class Comparison:
     settings: compare.Settings
     prediction: compare.Prediction
     source: Source
+    others: tuple[tuple[compare.Prediction, Source], ...]
     result: compare.Result
+
+    @property
+    def others_at_target(self) -> list[tuple[Source, float | None]]:
+        """What the other predictions say at the target pressure, mm; None where they do not reach it."""
+        return [(source, predicted_at(other, self.result.target.pressure)) for other, source in self.others]
 
     @property
     def title(self) -> str:
@@ -73,6 +91,13 @@ class Comparison:
         stem = f"{self.job.case.name}.compare"
         return [self.job.files.folder / f"{stem}.{ending}" for ending in (format, "json", "csv")]
 
+    def drawn(self) -> Figure:
+        """Measured rows and all predictions over the pressure."""
+        from pipeline.figures.comparison import comparison  # loads a drawing library
+
+        beside = {source.words: other for other, source in self.others}
+        return comparison(self.result, self.prediction, self.title, self.source.words, beside)
+
     def write(self, format: str) -> None:
         """Write figure, report and table.
 
@@ -82,12 +107,10 @@ class Comparison:
         Raises:
             OSError: if the folder or the disk does not take a file.
         """
-        # Load a drawing library.
-        from pipeline.figures.comparison import comparison
-        from pipeline.figures.saving import save
+        from pipeline.figures.saving import save  # loads a drawing library
 
         figure, report, table = self.files(format)
-        save(comparison(self.result, self.prediction, self.title, self.source.field), figure)
+        save(self.drawn(), figure)
         write_bytes(report, f"{self.as_json(format)}\n".encode())
         write_bytes(table, self.as_csv().encode())
 
@@ -107,11 +130,15 @@ class Comparison:
             "rows": len(measured.recording.pressure),
             "cycles": len(result.cycles),
             "prediction": {
+                "source": self.source.kind,
                 "path": str(self.source.path),
-                "field": self.source.field or None,
                 "curve": self.prediction.curve,
                 "target_kPa": self.prediction.target,
             },
+            "beside": [
+                {"source": source.kind, "path": str(source.path), "predicted_mm": predicted}
+                for source, predicted in self.others_at_target
+            ],
             "alignment": asdict(result.alignment),
             "target": {
                 "pressure_kPa": target.pressure,
@@ -147,13 +174,13 @@ class Comparison:
         return as_csv(columns, (["" if value != value else f"{value:.6g}" for value in row] for row in rows))
 
 
-def compared(job: Job, measurement: Measurement, field: str | None, options: dict[str, Any]) -> Comparison:
+def compared(job: Job, measurement: Measurement, wanted: PredictionName | None, options: dict[str, Any]) -> Comparison:
     """Compare a recorded test with the prediction for a job's part.
 
     Args:
         job: the case, with scale and Young's modulus of the print.
         measurement: the test.
-        field: ``density`` or ``thresholded``; None for the density.
+        wanted: which curve to compare with; None for the best that there is.
         options: values of :class:`stages.compare.Settings` by name; those that are None keep their default.
 
     Raises:
@@ -161,14 +188,14 @@ def compared(job: Job, measurement: Measurement, field: str | None, options: dic
             cannot be used (ARTIFACT).
     """
     settings = option_settings(compare.Settings, options)
-    prediction, source = _predicted(job, field)
+    (prediction, source), *others = _predicted(job, wanted)
     try:
         result = compare.run(measurement.recording, prediction, settings)
     except Failure as failure:
         raise Fault(ExitCode.ARTIFACT, f"{measurement.path}: {failure}") from None
     with measurement.path.open("rb") as file:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
-    return Comparison(job, measurement, sha256, settings, prediction, source, result)
+    return Comparison(job, measurement, sha256, settings, prediction, source, tuple(others), result)
 
 
 def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare.Prediction:
@@ -177,6 +204,8 @@ def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare
     Args:
         case: with the size of the part and what it is printed of.
         response: columns of a pressure-displacement curve, N/mm² and mm, or the elongation of the spring at p_in, mm.
+            A curve without a column ``loading`` is that of an inflated part: the pressure rises along all of it, and
+            what counts of the spring's end, whose way up is positive there, is how far it travels.
 
     Raises:
         ValueError: if a curve has no point with pressure on the way up.
@@ -188,17 +217,25 @@ def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare
         pressure, length = np.array([pressure_in]), np.array([response])
     else:
         pressure, length = np.asarray(response["pressure"]), np.asarray(response["elongation"])
-        rows = (np.asarray(response["loading"]) == 1) & np.isfinite(pressure) & np.isfinite(length)
+        if "loading" not in response:
+            length = np.copysign(1.0, length[-1]) * length
+        rows = (np.asarray(response.get("loading", 1)) == 1) & np.isfinite(pressure) & np.isfinite(length)
         if not (pressure[rows] > 0.0).any():
-            raise ValueError("it has no loading part; make it again with `poro simulate`")
+            raise ValueError("it has no loading part; make it again")
         pressure, length = pressure[rows], length[rows]
     kilopascals, millimetres = scaled(pressure, length, case.optimize, scale, modulus)
     target, _ = scaled(pressure_in, 0.0, case.optimize, scale, modulus)
     return compare.Prediction(kilopascals, millimetres, target, not isinstance(response, float))
 
 
-def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]:
-    """What was predicted, scaled to the part, and where it comes from."""
+def predicted_at(prediction: compare.Prediction, target: float) -> float | None:
+    """Displacement that a prediction says at a pressure, kPa, in mm; None where it does not."""
+    path = deviations.rising(prediction.pressure, prediction.displacement)
+    return deviations.at_target(path, target, prediction.curve, prediction.target)
+
+
+def _predicted(job: Job, wanted: PredictionName | None) -> list[tuple[compare.Prediction, Source]]:
+    """What was predicted, scaled to the part, and where it comes from: what to compare with, then the others."""
     case = job.case
     if case.rig.youngs_modulus is None:
         raise Fault(
@@ -207,34 +244,66 @@ def _predicted(job: Job, field: str | None) -> tuple[compare.Prediction, Source]
             "--youngs, or as youngs_modulus below 'rig:' in the case.",
         )
     design = job.artifact("optimize")
-    beside = dict.fromkeys((job.files.folder, design.parent))
-    simulations = [folder / f"{case.name}.simulation.h5" for folder in beside]
-    found = next((path for path in simulations if path.is_file()), None)
-    if not found:
-        if field == "thresholded":
-            raise Fault(
-                ExitCode.USAGE,
-                f"--field thresholded: there is no {simulations[0]}; make it with `poro simulate {job.argument}`.",
-            )
+    sources = [source for source in (_as_printed(job, design), _density(job, design)) if source]
+    sources.sort(key=lambda source: source.kind != wanted)  # else the best one stays the first
+    if wanted and (not sources or sources[0].kind != wanted):
+        stage = _STAGES[wanted]
+        raise Fault(
+            ExitCode.USAGE,
+            f"--prediction {wanted}: there is no {job.artifact(stage)}; make it with `poro {stage} {job.argument}`.",
+        )
+    if not sources:
         note = (
             f"the prediction is the single point of {design.name} and the origin, not a curve; "
-            f"`poro simulate {job.argument}` gives one"
+            f"`poro inflate {job.argument}` and `poro simulate {job.argument}` give one"
         )
         elongation = float(contents.summary(design, "optimize")["spring_elongation"])
-        return prediction_of(case, elongation), Source(design, "", (note,))
-    curves = read_simulation(found).curves
-    name = field or "density"
-    if name not in curves:
-        known = " or ".join(curves)
-        raise Fault(ExitCode.USAGE, f"--field {name}: {found} has only {known}; simulate it, or choose another.")
+        return [(prediction_of(case, elongation), Source("design", design, (note,)))]
+    return [(_prediction(case, source), source) for source in sources]
+
+
+#: The stage that each curve comes from.
+_STAGES: dict[str, str] = {"as-printed": "inflate", "density": "simulate"}
+
+
+def _prediction(case: Case, source: Source) -> compare.Prediction:
+    if source.kind == "density":
+        curves: Mapping[str, Floats] = read_simulation(source.path).curves
+    else:
+        curves = artifact.read_group(source.path, "inflate", "curves")
     try:
-        prediction = prediction_of(case, curves[name])
+        return prediction_of(case, curves)
     except ValueError as error:
-        raise Fault(ExitCode.ARTIFACT, f"{found}: {error}.") from None
-    notes: tuple[str, ...] = ()
-    if design.is_file() and artifact.read_header(found).upstream_identity != artifact.read_header(design).identity:
-        notes = (f"{found} was not made from this {design.name}; run `poro simulate` again",)
-    return prediction, Source(found, name, notes)
+        raise Fault(ExitCode.ARTIFACT, f"{source.path}: {error} with `poro {_STAGES[source.kind]}`.") from None
+
+
+def _found(job: Job, design: Path, *names: str) -> Path | None:
+    """The first file of these names in the folder of the results or beside the design."""
+    folders = dict.fromkeys((job.files.folder, design.parent))
+    return next((path for folder in folders for name in names if (path := folder / name).is_file()), None)
+
+
+def _density(job: Job, design: Path) -> Source | None:
+    path = _found(job, design, f"{job.case.name}.simulation.h5")
+    if path is None:
+        return None
+    if design.is_file() and artifact.read_header(path).upstream_identity != artifact.read_header(design).identity:
+        return Source("density", path, (f"{path} was not made from this {design.name}; run `poro simulate` again",))
+    return Source("density", path)
+
+
+def _as_printed(job: Job, design: Path) -> Source | None:
+    """The inflated part; its size does not matter, as the curve is that of the case."""
+    path = _found(job, design, job.artifact("inflate").name, f"{job.case.name}.inflation.h5")
+    if path is None:
+        return None
+    optimised = contents.summary(path, "inflate")["optimised"]
+    if optimised and design.is_file():
+        own = contents.summary(design, "optimize")["spring_elongation"]
+        if optimised["elongation"]["optimised"] != own:
+            note = f"{path} was made from another design than {design.name}; run `poro inflate` again"
+            return Source("as-printed", path, (note,))
+    return Source("as-printed", path)
 
 
 def _plain(found: Any) -> dict[str, Any] | None:

@@ -13,10 +13,11 @@ def as_text(found: Comparison, format: str) -> str:
     head = f"{case.name}: {found.measurement.path}, {len(found.measurement.recording.pressure)} rows, "
     lines = [f"{head}{count} {'cycle' if count == 1 else 'cycles'} compared"]
     lines += [_line("comment", found.measurement.comments[0])] if found.measurement.comments else []
-    curve = f", field {found.source.field}, to {found.prediction.pressure.max():.4g} kPa" if found.source.field else ""
+    curve = f", to {found.prediction.pressure.max():.4g} kPa" if found.prediction.curve else ""
     lines += [
         _line("part", f"scale {case.export.scale:g}, Ē {case.rig.youngs_modulus:g} N/mm²"),
-        _line("prediction", f"{found.source.path}{curve}"),
+        _line("prediction", f"{found.source.words}, {found.source.path}{curve}"),
+        *_beside(found),
         _line("columns", ", ".join(f"'{column.title}'" for column in found.measurement.columns.values())),
         *_aligned(found),
         _line(f"at {result.target.pressure:.4g} kPa", _target(found)),
@@ -60,6 +61,14 @@ def _target(found: Comparison) -> str:
     percent = "" if target.percent is None else f" ({target.percent:+.1f} %)"
     compared = f"predicted {target.predicted:.2f} mm: {target.deviation:+.2f} mm{percent}"
     return f"measured {target.mean:.2f}{spread} mm, {compared}"
+
+
+def _beside(found: Comparison) -> list[str]:
+    at = f"at {found.result.target.pressure:.4g} kPa"
+    return [
+        _line("", f"drawn beside: {source.words}, {'not known' if value is None else f'{value:.2f} mm'} {at}")
+        for source, value in found.others_at_target
+    ]
 
 
 def _hysteresis(found: Comparison) -> list[str]:

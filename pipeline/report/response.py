@@ -13,18 +13,16 @@ Summary = dict[str, Any]
 
 
 def simulated(summary: Summary) -> list[Entry]:
-    """The answers of a simulation, field by field."""
+    """The answers of a simulation."""
     rows = []
-    for field, found in summary["fields"].items():
-        if at := found["at_target"]:
-            rows += [
-                Entry(f"{field}: T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
-                Entry(f"{field}: spring elongation at p_in", f"{at['elongation']:.3f} mm"),
-                Entry(f"{field}: max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
-                Entry(f"{field}: largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
-            ]
-        rows.append(Entry(f"{field}: path", "; ".join(sentences(field, found))))
-    return rows
+    if at := summary["at_target"]:
+        rows += [
+            Entry("T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
+            Entry("spring elongation at p_in", f"{at['elongation']:.3f} mm"),
+            Entry("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
+            Entry("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
+        ]
+    return [*rows, Entry("path", "; ".join(sentences(summary)))]
 
 
 def measured(comparison: Summary) -> list[Entry]:

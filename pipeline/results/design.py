@@ -13,6 +13,7 @@ import stages.refine
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import Fault
+from pipeline.results.simulation import is_current
 from pipeline.store import artifact, contents
 from pipeline.store.files import Files
 from stages.datasets import vtk_order
@@ -53,9 +54,9 @@ class OptimisedDesign(stages.optimize.Result):
 
     @property
     def simulation(self) -> Path | None:
-        """The artifact of ``poro simulate`` beside the design's own, if there is one."""
+        """The artifact of ``poro simulate`` beside the design's own, if there is one of this version."""
         path = self.source.with_name(f"{self.name}.simulation.h5") if self.source else None
-        return path if path and path.is_file() else None
+        return path if path and is_current(path) else None
 
     @property
     def shape(self) -> Surface:

@@ -1,4 +1,4 @@
-"""Pressure-displacement curves as their artifact holds them, for drawing, tables and reports."""
+"""The pressure-displacement curve as its artifact holds it, for drawing, tables and reports."""
 
 from __future__ import annotations
 
@@ -9,20 +9,22 @@ from typing import Any, Protocol
 
 from actuator.arrays import Floats
 from pipeline.case.model import Case, stored_case
+from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import artifact, contents
 from pipeline.store import tables as table_file
 from stages.curves import UNITS
 from stages.response import COLUMNS
 from stages.rig import scaled
 from stages.settings import ProblemSettings
+from stages.simulate import VERSION
 
 
 class Curves(Protocol):
     """What a simulation is drawn and compared from: as it was computed, or read from its artifact."""
 
     @property
-    def curves(self) -> Mapping[str, Mapping[str, Floats]]:
-        """Field -> column -> values along the path."""
+    def curves(self) -> Mapping[str, Floats]:
+        """Columns along the path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
 
     @property
     def summary(self) -> Mapping[str, Any]:
@@ -35,12 +37,12 @@ class Simulation:
 
     Attributes:
         name: of the case.
-        curves: field -> column -> values along the path, (n_points,); see :data:`stages.response.COLUMNS`.
+        curves: columns along the path, (n_points,) each; see :data:`stages.response.COLUMNS`.
         summary: of the stage.
     """
 
     name: str
-    curves: dict[str, dict[str, Floats]]
+    curves: dict[str, Floats]
     summary: dict[str, Any]
 
 
@@ -76,24 +78,30 @@ def rig_units(case: Case) -> RigUnits | None:
     return None if modulus is None else RigUnits(case.optimize, case.export.scale, modulus)
 
 
+def is_current(path: Path) -> bool:
+    """Whether an artifact of ``simulate`` is there, and of the version that is read here."""
+    return path.is_file() and artifact.read_header(path).stage_version == VERSION
+
+
 def read_simulation(path: Path) -> Simulation:
     """Read the artifact of ``simulate``.
 
     Raises:
-        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+        Fault: if the artifact is missing, unreadable, of another stage, or of another version of this (ARTIFACT).
     """
-    case = stored_case(artifact.read_header(path).case_resolved, path)
-    summary = contents.summary(path, "simulate")
-    curves = {name: artifact.read_group(path, "simulate", f"curves/{name}") for name in summary["fields"]}
-    return Simulation(case.name, curves, summary)
+    header, summary = artifact.read_header(path), contents.summary(path, "simulate")
+    if header.stage_version != VERSION:
+        raise Fault(
+            ExitCode.ARTIFACT,
+            f"{path}: made by another version of 'simulate'; run `poro simulate` again, or delete it.",
+        )
+    name = stored_case(header.case_resolved, path).name
+    return Simulation(name, artifact.read_group(path, "simulate", "curves"), summary)
 
 
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
-    """All curves as one table with the units in its first line, and in the rig's units if they are given."""
-    heading, rows = ["field"], list[list[str]]()
-    for field, curve in simulation.curves.items():
-        columns = {f"{name} [{UNITS.get(name, '1')}]": curve[name] for name in COLUMNS}
-        columns |= rig.columns(curve) if rig else {}
-        heading = ["field", *columns]
-        rows += [[field, *(f"{value:.10g}" for value in row)] for row in zip(*columns.values(), strict=True)]
-    return table_file.as_csv(heading, rows)
+    """The curve as a table with the units in its first line, and in the rig's units if they are given."""
+    columns = {f"{name} [{UNITS.get(name, '1')}]": simulation.curves[name] for name in COLUMNS}
+    columns |= rig.columns(simulation.curves) if rig else {}
+    rows = ([f"{value:.10g}" for value in row] for row in zip(*columns.values(), strict=True))
+    return table_file.as_csv(columns, rows)

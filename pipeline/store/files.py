@@ -96,6 +96,5 @@ def _endings() -> Iterator[str]:
             artifact = tag + re.escape(stem + row.suffix)
             yield artifact
             if not row.makes_part:
-                grids = "".join(rf"|\.{re.escape(grid)}" for grid in row.grids)
-                yield f"{artifact.removesuffix(re.escape('.h5'))}({grids})" + re.escape(".vtkhdf")
+                yield artifact.removesuffix(re.escape(".h5")) + re.escape(".vtkhdf")
         yield from (tag + re.escape(beside.ending) for beside in row.beside)

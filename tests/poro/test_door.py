@@ -161,22 +161,19 @@ def test_simulation_is_computed_loaded_compared_and_drawn(
 ) -> None:
     short = poro.with_changes(
         case,
-        {"simulate.sharpness": 1.0, "simulate.max_load": 1.2, "simulate.states": (0.5, 1.0), "rig.youngs_modulus": 1.0},
+        {"simulate.max_load": 1.2, "simulate.states": (0.5, 1.0), "rig.youngs_modulus": 1.0},
     )
     found = poro.simulate(short, design, threads=1)
     stored = poro.load(pressurised / "tiny.simulation.h5")
     assert found.curves.keys() == stored.curves.keys()  # type: ignore[union-attr]
-    for field, columns in found.curves.items():
-        for name, values in columns.items():
-            np.testing.assert_array_equal(values, stored.curves[field][name])  # type: ignore[union-attr]
+    for name, values in found.curves.items():
+        np.testing.assert_array_equal(values, stored.curves[name])  # type: ignore[union-attr]
     pressure = np.concatenate([np.zeros(50), np.linspace(0.0, 22.0, 300), np.linspace(22.0, 0.0, 300), np.zeros(50)])
     recording = Recording(pressure, 0.5 * pressure)
     one, other = (poro.compare(short, recording, given, target=10.0) for given in (found, stored))  # type: ignore[arg-type]
     np.testing.assert_array_equal(one.predicted, other.predicted)
     assert one.target.mean == pytest.approx(5.0, rel=1e-3)
     assert isinstance(poro.figures.response(found), Figure)
-    with pytest.raises(poro.Fault, match="field='sharp': the simulation has only density or thresholded"):
-        poro.compare(short, recording, found, field="sharp")
 
 
 def test_recorded_test_is_compared_with_a_single_point(case: poro.Case, design: poro.OptimisedDesign) -> None:

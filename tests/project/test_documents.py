@@ -23,7 +23,7 @@ ELSEWHERE_RUN = ("README.md", "artifacts.md")
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
 #: The response to pressure in as few steps as will do.
-SHORT = TINY + COARSE + "simulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+SHORT = TINY + COARSE + "simulate: {max_load: 1.0, states: [1.0]}\n"
 
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())

@@ -20,7 +20,7 @@ README = README_PATH.read_text(encoding="utf-8")
 def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     """In order and in one folder, with tiny cases of the names of the shipped ones; figures are test_plots' matter."""
     (tmp_path / "outputs").mkdir()
-    tiny = TINY + COARSE + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
+    tiny = TINY + COARSE + "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
     for name in ("case14", "quick"):
         (tmp_path / f"{name}.yaml").write_text(tiny)
     assert follow(README_PATH, poro, tmp_path) == 8

@@ -44,9 +44,7 @@ def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro) ->
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused. Cheap ones.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_products: 2")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
-    (tmp_path / "case14.yaml").write_text(
-        tiny + "export: {scale: 1.5}\nsimulate: {sharpness: 1.0, max_load: 1.0, states: [1.0]}\n"
-    )
+    (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n")
     (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
     (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
     assert follow(ARTIFACTS, poro, tmp_path) > 10

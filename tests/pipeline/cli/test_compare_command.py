@@ -14,17 +14,22 @@ from PIL import Image
 from synthetic import EXAMPLE, EXAMPLE_TRUTH, Truth, recording
 
 from pipeline.exit_codes import ExitCode
+from pipeline.measured.comparison import compared
+from pipeline.measured.measurement import read_measurement
+from pipeline.runs.job import open_job
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Dataset
+from stages.chain import SCALE, youngs
 from stages.rig import scaled
 from stages.settings import ProblemSettings
+from stages.simulate import VERSION
+from stages.words import PredictionName
 
 #: What the tiny case is scaled to.
 PART = ("--scale", "1.5", "--youngs", "1.0")
 #: At target: N/mm² and mm of the computed case that become 20 kPa and 23 mm.
 PRESSURE_IN, ELONGATION = 0.02 * 2.736, 23.0 / 1.5
-FIELDS = ("density", "thresholded")
-SUMMARY = contents.summarised({"pressure_in": PRESSURE_IN, "fields": {name: {} for name in FIELDS}})
+SUMMARY = contents.summarised({"pressure_in": PRESSURE_IN})
 
 
 @pytest.fixture
@@ -37,16 +42,29 @@ def simulated(folder: Path) -> Path:
         "elongation": ELONGATION * load**1.5,
         "loading": (np.arange(len(load)) < 26).astype(float),
     }
-    datasets = {
-        f"curves/{field}/{name}": Dataset(
-            values * (0.9 if (field, name) == ("thresholded", "elongation") else 1.0), "", ""
-        )
-        for field in FIELDS
-        for name, values in columns.items()
-    }
+    datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in columns.items()}
     design = artifact.read_header(folder / "tiny.h5")
-    header = replace(design, stage="simulate", identity="this simulation", upstream_identity=design.identity)
+    header = replace(
+        design,
+        stage="simulate",
+        stage_version=VERSION,
+        identity="this simulation",
+        upstream_identity=design.identity,
+    )
     artifact.write(folder / "tiny.simulation.h5", header, datasets | SUMMARY)
+    return folder
+
+
+@pytest.fixture
+def inflated(folder: Path) -> Path:
+    """The finished tiny case with the curve of its part beside it: straight, 5 % short of the simulation, downwards."""
+    load = np.linspace(0.0, 1.5, 7)
+    columns = {"pressure": PRESSURE_IN * load, "load_factor": load, "elongation": -0.95 * ELONGATION * load}
+    found = contents.summary(folder / "tiny.h5", "optimize")["spring_elongation"]
+    summary = contents.summarised({"optimised": {"elongation": {"optimised": found}}})
+    datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in columns.items()}
+    header = replace(artifact.read_header(folder / "tiny.stl.h5"), stage="inflate", identity="this inflation")
+    artifact.write(folder / "tiny.inflation.h5", header, datasets | summary)
     return folder
 
 
@@ -112,12 +130,12 @@ def test_json_is_the_report_and_svg_is_vectors(simulated: Path, measured: Path, 
     assert len(drawn) < 2_000_000
 
 
-def test_field_target_and_other_options(simulated: Path, measured: Path, poro: Poro) -> None:
-    ended = poro("compare", "tiny.h5", measured, *PART, "--field", "thresholded", "--target", 10, "--json")
+def test_target_and_other_options(simulated: Path, measured: Path, poro: Poro) -> None:
+    ended = poro("compare", "tiny.h5", measured, *PART, "--target", 10, "--json")
     assert ended.code == 0, ended.err
     target = json.loads(ended.out)["target"]
     assert target["measured_mm"] == pytest.approx(11.0, abs=0.01)
-    assert target["predicted_mm"] == pytest.approx(0.9 * 23.0 * 0.5**1.5, abs=0.01)
+    assert target["predicted_mm"] == pytest.approx(23.0 * 0.5**1.5, abs=0.01)
     stiffer = json.loads(poro("compare", "tiny.h5", measured, "--scale", 3, "--youngs", "0.5", "--json").out)
     assert stiffer["target"]["pressure_kPa"] == pytest.approx(10.0)
     assert stiffer["target"]["predicted_mm"] == pytest.approx(46.0, abs=0.01)
@@ -133,7 +151,7 @@ def test_without_a_simulation_the_single_point_is_compared(folder: Path, measure
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == 0, ended.err
     assert "the prediction is the single point of tiny.h5 and the origin, not a curve" in ended.out
-    assert "`poro simulate tiny.h5` gives one" in ended.out
+    assert "`poro inflate tiny.h5` and `poro simulate tiny.h5` give one" in ended.out
     report = json.loads((folder / "tiny.compare.json").read_text(encoding="utf-8"))
     elongation = contents.summary(folder / "tiny.h5", "optimize")["spring_elongation"]
     assert report["target"]["predicted_mm"] == pytest.approx(1.5 * elongation)
@@ -144,12 +162,56 @@ def test_without_a_simulation_the_single_point_is_compared(folder: Path, measure
 
 def test_simulation_of_an_older_design_is_told(simulated: Path, measured: Path, poro: Poro) -> None:
     path = simulated / "tiny.simulation.h5"
-    curves = {field: artifact.read_group(path, "simulate", f"curves/{field}") for field in FIELDS}
-    datasets = {f"curves/{f}/{name}": Dataset(values, "", "") for f, c in curves.items() for name, values in c.items()}
+    curves = artifact.read_group(path, "simulate", "curves")
+    datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
     artifact.write(path, replace(artifact.read_header(path), upstream_identity="another"), datasets | SUMMARY)
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == 0
     assert "tiny.simulation.h5 was not made from this tiny.h5; run `poro simulate` again" in ended.out
+
+
+def test_part_as_printed_goes_before_the_density_field(
+    simulated: Path, inflated: Path, measured: Path, poro: Poro
+) -> None:
+    ended = poro("compare", "tiny.h5", measured, *PART)
+    assert ended.code == 0, ended.err
+    assert "prediction          as printed, tiny.inflation.h5, to 30 kPa\n" in ended.out
+    assert "drawn beside: density field, 23.00 mm at 20 kPa\n" in ended.out
+    assert "predicted 21.85 mm: +0.15 mm" in ended.out
+    assert "note" not in ended.out
+    report = json.loads((inflated / "tiny.compare.json").read_text(encoding="utf-8"))
+    assert report["prediction"]["source"] == "as-printed"
+    (beside,) = report["beside"]
+    assert beside == {"source": "density", "path": "tiny.simulation.h5", "predicted_mm": pytest.approx(23.0)}
+    assert report["linearity"]["predicted"]["r_squared"] == pytest.approx(1.0)
+    found = json.loads(poro("compare", "tiny.h5", measured, *PART, "--prediction", "density", "--json").out)
+    assert (found["prediction"]["source"], found["beside"][0]["source"]) == ("density", "as-printed")
+    assert found["target"]["predicted_mm"] == pytest.approx(23.0)
+    with (inflated / "tiny.compare.csv").open(newline="") as file:
+        last = list(csv.DictReader(file))[-1]
+    assert float(last["predicted_mm"]) == pytest.approx(23.0 * 1.25**1.5, rel=0.01)
+
+
+def test_both_predictions_are_drawn_under_their_names(simulated: Path, inflated: Path, measured: Path) -> None:
+    job = open_job(inflated / "tiny.h5", changes={SCALE: 1.5, youngs(): 1.0})
+    wanted: tuple[PredictionName, ...] = ("as-printed", "density")
+    for prediction in wanted:
+        axes = compared(job, read_measurement(measured), prediction, {}).drawn().axes[0]
+        curves = {str(line.get_label()): np.asarray(line.get_ydata()) for line in axes.lines}
+        assert curves["predicted, as printed"][-1] == pytest.approx(0.95 * 23.0 * 1.5)
+        assert curves["predicted, density field"][-1] == pytest.approx(23.0 * 1.25**1.5)
+
+
+def test_part_of_another_design_is_told(inflated: Path, measured: Path, poro: Poro) -> None:
+    path = inflated / "tiny.inflation.h5"
+    curves = artifact.read_group(path, "inflate", "curves")
+    datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
+    summary = contents.summarised({"optimised": {"elongation": {"optimised": 1.0}}})
+    artifact.write(path, artifact.read_header(path), datasets | summary)
+    ended = poro("compare", "tiny.yaml", measured, *PART, "--output", ".")
+    assert ended.code == 0, ended.err
+    assert "tiny.inflation.h5 was made from another design than tiny.h5; run `poro inflate` again" in ended.out
+    assert "drawn beside" not in ended.out
 
 
 def test_example_of_the_documents(simulated: Path, poro: Poro) -> None:
@@ -183,9 +245,11 @@ def test_what_is_wrong_is_said_and_nothing_is_written(simulated: Path, measured:
         assert ended.err.count("\n") == 1
     assert sorted(simulated.iterdir()) == before
     (simulated / "tiny.simulation.h5").unlink()
-    ended = poro("compare", "tiny.h5", measured, *PART, "--field", "thresholded")
-    assert ended.code == ExitCode.USAGE
-    assert "make it with `poro simulate tiny.h5`" in ended.err
+    for prediction, stage, file in (("as-printed", "inflate", "inflation"), ("density", "simulate", "simulation")):
+        ended = poro("compare", "tiny.h5", measured, *PART, "--prediction", prediction)
+        assert ended.code == ExitCode.USAGE
+        assert f"--prediction {prediction}: there is no tiny" in ended.err
+        assert f"{file}.h5; make it with `poro {stage} tiny.h5`." in ended.err
     (simulated / "tiny.simulation.h5").write_text("no artifact")
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == ExitCode.ARTIFACT

@@ -214,9 +214,9 @@ def test_simulation_and_comparison_are_reported(
     found = json.loads(compared.out)
     page = written()
     simulated = section_of(page, "simulation")
-    assert "density: path the optimised state is reached" in simulated
-    elongation = read_simulation(simulation).summary["fields"]["density"]["at_target"]["elongation"]
-    assert f"density: spring elongation at p_in {elongation:.3f} mm" in simulated
+    assert "path the optimised state is reached" in simulated
+    elongation = read_simulation(simulation).summary["at_target"]["elongation"]
+    assert f"spring elongation at p_in {elongation:.3f} mm" in simulated
     measured = section_of(page, "measured")
     assert "SYNTHETIC, not measured" in measured
     assert f"deviation {found['target']['deviation_mm']:+.3f} mm" in measured

@@ -11,8 +11,8 @@ from command_line import TINY, TO_PART, Poro
 from pipeline.exit_codes import ExitCode
 
 HERE = ("--output", ".")
-#: A simulation of one field in few steps.
-BRIEF = "simulate: {fields: [density], max_load: 0.3, states: [0.2]}\n"
+#: A simulation in few steps.
+BRIEF = "simulate: {max_load: 0.3, states: [0.2]}\n"
 
 
 def lines(poro: Poro) -> dict[str, str]:
@@ -40,8 +40,8 @@ def test_result_made_with_an_option_is_stale_once_the_case_says_something_else(f
     assert poro("simulate", "tiny.yaml", *HERE, "--max-load", 0.2, "--threads", 1).code == ExitCode.OK
     (folder / "tiny.yaml").write_text(TINY + BRIEF.replace("0.3", "0.4"))
     assert lines(poro)["simulate"] == "run settings changed: simulate.max_load 0.2 → 0.4"
-    (folder / "tiny.yaml").write_text(TINY + BRIEF.replace("density", "thresholded"))
-    assert "simulate.fields" in lines(poro)["simulate"]
+    (folder / "tiny.yaml").write_text(TINY + BRIEF.replace("[0.2]", "[0.1]"))
+    assert "simulate.states" in lines(poro)["simulate"]
     assert "simulate.max_load" not in lines(poro)["simulate"]
 
 
@@ -78,7 +78,7 @@ def test_run_serves_the_simulation_as_any_stage(folder: Path, poro: Poro) -> Non
     (folder / "tiny.yaml").write_text(TINY + BRIEF.replace("max_load: 0.3", "max_points: 2"))
     ended = poro("run", "tiny.yaml", *HERE, "--until", "simulate", "--threads", 1)
     assert ended.code == ExitCode.NOT_CONVERGED
-    assert "density: The path has more than 2 points" in ended.err
+    assert "The path has more than 2 points" in ended.err
 
 
 @pytest.mark.parametrize(
