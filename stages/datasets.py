@@ -50,7 +50,6 @@ class GridPaths:
             a field with one value per point does not change.
         n_points: how many of the points, the first ones, belong to the grid; all of them if None.
         series: another grid that sidecars show instead of this one.
-        others: more grids of the same file by name, each with a group and a sidecar of its own.
     """
 
     points: str
@@ -60,7 +59,6 @@ class GridPaths:
     times: tuple[float, ...] = (0.0,)
     n_points: int | None = None
     series: GridPaths | None = None
-    others: Mapping[str, GridPaths] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

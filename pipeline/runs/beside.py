@@ -113,10 +113,10 @@ def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
     from pipeline.figures.inflation import inflation
     from pipeline.figures.saving import save
     from pipeline.results.inflation import read_inflation
-    from pipeline.results.simulation import read_simulation
+    from pipeline.results.simulation import is_current, read_simulation
 
     simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
-    beside = read_simulation(simulated) if simulated.exists() and not adopted else None
+    beside = read_simulation(simulated) if not adopted and is_current(simulated) else None
     found = read_inflation(step.path)
     save(inflation(found, beside, found.rig), path)
     return {}

@@ -105,8 +105,7 @@ class Execution:
             self._clear_beside(step.stage)
         summarised = contents.summarised(summary | {"peak_memory": _peak_memory()})
         artifact.write(step.path, header, {**packed.datasets, **summarised}, packed.grid)
-        for name in vtkhdf.grids(step.path):
-            vtkhdf.write_sidecar(step.path, name)
+        vtkhdf.write_sidecar(step.path)
         if step.stage == checkpoint.OPTIMIZE:
             resuming.clear(self.job)
         self._identity = header.identity
@@ -171,9 +170,8 @@ class Execution:
         """Do what a run that was killed after it stored an artifact had left to do."""
         if step.given:
             return
-        for name in vtkhdf.grids(step.path):
-            if not vtkhdf.sidecar(step.path, name).exists():
-                vtkhdf.write_sidecar(step.path, name)
+        if not vtkhdf.sidecar(step.path).exists():
+            vtkhdf.write_sidecar(step.path)
         if step.stage == checkpoint.OPTIMIZE:
             checkpoint.remove_reached(self.job)
 

@@ -48,8 +48,6 @@ class Grid:
 
 def write(file: h5py.File, grid: GridPaths) -> None:
     """Add the group to a file that holds the arrays of a grid; they are linked, not copied."""
-    for name, other in grid.others.items():
-        _write(file, other, f"{name}/{GROUP}")
     if grid.series:
         _write(file, grid.series, SERIES)
     _write(file, grid, GROUP)
@@ -106,37 +104,23 @@ def read(file: h5py.File) -> Grid:
     )
 
 
-def grids(artifact: Path) -> list[str]:
-    """Names of the grids in an artifact, the first one's empty; none if there is nothing that ParaView could show."""
-    import h5py
-
-    with h5py.File(artifact, "r") as file:
-        own = [""] if GROUP in file else []
-        beside = (name for name in file if f"{name}/{GROUP}" in file and f"{name}/{GROUP}" != SERIES)
-        return [*own, *beside]
-
-
-def write_sidecar(artifact: Path, other: str = "") -> Path:
-    """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens; returns its path.
+def write_sidecar(artifact: Path) -> None:
+    """Write the tiny ``.vtkhdf`` beside an artifact that ParaView opens, if it has a grid.
 
     ParaView gives the ending ``.h5`` to another reader. The file shows the series if the artifact has one.
-
-    Args:
-        other: name of one of the file's other grids, which becomes part of the sidecar's name.
 
     Raises:
         OSError: if the folder or the disk does not take the file.
     """
     import h5py
 
-    path = sidecar(artifact, other)
     with h5py.File(artifact, "r") as written:
-        shown = f"{other}/{GROUP}" if other else SERIES if SERIES in written else GROUP
-    with replacing_hdf5(path) as file:
-        file[GROUP] = h5py.ExternalLink(artifact.name, f"/{shown}")
-    return path
+        shown = next((name for name in (SERIES, GROUP) if name in written), None)
+    if shown:
+        with replacing_hdf5(sidecar(artifact)) as file:
+            file[GROUP] = h5py.ExternalLink(artifact.name, f"/{shown}")
 
 
-def sidecar(artifact: Path, other: str = "") -> Path:
-    """The file that ParaView opens for an artifact, or for one of its other grids."""
-    return artifact.with_suffix(f".{other}.vtkhdf" if other else ".vtkhdf")
+def sidecar(artifact: Path) -> Path:
+    """The file that ParaView opens for an artifact."""
+    return artifact.with_suffix(".vtkhdf")

@@ -117,7 +117,12 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
         assert printed == case14.model_copy(update={"name": printed.name, "objective": objective})
     domain = quick.domain.build()
     assert domain.layers * domain.section_cells == 1080
-    small = {"name": "case14-eq14-shift", "domain": case14.domain, "optimizer": case14.optimizer}
+    small = {
+        "name": "case14-eq14-shift",
+        "domain": case14.domain,
+        "optimizer": case14.optimizer,
+        "mirror": case14.mirror,
+    }
     assert quick.model_copy(update=small) == read_case(find_case(Path("case14-eq14-shift.yaml")))[0]
 
 
