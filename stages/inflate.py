@@ -48,7 +48,7 @@ def _in_kpa(value: Any) -> Any:
 class Settings(Section):
     """The part as printed under pressure: its mesh, and how far it is inflated."""
 
-    size: float = Field(2.0, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
+    size: float = Field(1.5, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
     max_load: float = Field(1.5, gt=0, description="largest pressure over p_in [-]")
     points: int = Field(6, ge=1, le=100, description="states between zero and the largest pressure that are stored [-]")
     pressure: Annotated[float | None, BeforeValidator(_in_kpa, json_schema_input_type=float | str | None)] = Field(

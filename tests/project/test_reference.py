@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from command_line import TINY, Poro
+from command_line import COARSE, TINY, Poro
 from documents import PAGES, ROOT, follow
 from synthetic import EXAMPLE
 
@@ -44,7 +44,9 @@ def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro) ->
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused. Cheap ones.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_products: 2")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
-    (tmp_path / "case14.yaml").write_text(tiny + "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n")
+    short = "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
+    # Walls this thick hold air, so that the part can be inflated.
+    (tmp_path / "case14.yaml").write_text(tiny + COARSE + "mirror: {threshold: -6.0}\n" + short)
     (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
     (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
     assert follow(ARTIFACTS, poro, tmp_path) > 10

@@ -145,7 +145,7 @@ def test_updates_of_another_path_are_not_mixed_in(poro: Poro, folder: Path) -> N
 def test_what_is_kept_is_no_reason_to_run_again(poro: Poro, folder: Path) -> None:
     (folder / "tiny.yaml").write_text(TINY + "  keep_updates: 7\n")
     lines = poro("status", "tiny.yaml", "--output", ".").out.splitlines()
-    assert all("up to date" in line for line in lines)
+    assert all("up to date" in line for line in lines if not line.startswith("inflate"))
 
 
 def test_keys_are_those_of_a_case_without_the_option() -> None:
