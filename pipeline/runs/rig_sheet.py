@@ -73,22 +73,25 @@ def _of(as_printed: bool) -> str:
     return "as printed" if as_printed else "of the optimised density field"
 
 
-def _as_printed(job: Job) -> tuple[float, float] | None:
+def _as_printed(job: Job) -> tuple[float | None, float] | None:
     """Elongation of the spring, mm, and size of the part over that of the domain, as the part was inflated.
 
-    None where that was not done, or is not up to date, or was at another pressure than the case's.
+    No elongation where that was at another pressure than the case's; None for a case's own part then, and where it was
+    not inflated or is not up to date.
     """
     try:
         step = next((step for step in status(job) if step.stage == "inflate" and not step.runs), None)
-        if step is None or step.header is None or step.header.case_resolved["inflate"]["pressure"] is not None:
+        if step is None or step.header is None:
             return None
         found = contents.summary(step.path, step.stage)
     except Fault:  # what is wrong with an artifact is for the stages to say
         return None
     at = found["at_target"]
+    foreign = is_solid(job.argument)
+    if at is None or step.header.case_resolved["inflate"]["pressure"] is not None:
+        return (None, found["scale"]) if foreign else None
     # Of a case's own part the size is what the case says, to all digits.
-    scale = found["scale"] if is_solid(job.argument) else job.case.export.scale
-    return (at["elongation"], scale) if at else None
+    return at["elongation"], found["scale"] if foreign else job.case.export.scale
 
 
 def _elongation(job: Job) -> float | None:
