@@ -8,7 +8,7 @@ improves the part inside.
 from __future__ import annotations
 
 from itertools import permutations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -18,9 +18,12 @@ from actuator.arrays import Bools, Floats, Ints
 from actuator.body.element import least_jacobian
 from actuator.body.mesh import EDGES, BodyMesh, Tetrahedra, boundary_faces, on_plane, quadratic, signed_volumes
 from actuator.body.plates import Glued
-from actuator.failure import NotInflatable
+from actuator.failure import InvalidSettings, NotInflatable
 from actuator.geometry.distance import distance, signed_distance
 from actuator.geometry.zero_set import Surface
+
+if TYPE_CHECKING:
+    from mmgpy import MmgMesh3D
 
 #: Edge of the grid's cubes over the size of the tetrahedra.
 GRID = 0.4
@@ -100,9 +103,7 @@ def _sides_beyond_plates(solid: Glued) -> Surface:
 
 def _cut(grid: Tetrahedra, level: Floats, size: float) -> Tetrahedra:
     """The part of the grid where the level set is negative, cut at its zero set."""
-    from mmgpy import MmgMesh3D  # only where something is meshed
-
-    mesh = MmgMesh3D(grid.points, grid.corners.astype(np.int32))
+    mesh = _mmg()(grid.points, grid.corners.astype(np.int32))
     still: dict[str, Any] = {"noinsert": 1, "noswap": 1, "nomove": 1, "nosurf": 1}
     mesh.remesh_levelset(level[:, None], hmin=1e-3 * size, hmax=10.0 * size, verbose=-1, **still)
     corners, side = mesh.get_tetrahedra_with_refs()
@@ -112,6 +113,22 @@ def _cut(grid: Tetrahedra, level: Floats, size: float) -> Tetrahedra:
     return _compact(mesh.get_vertices(), inside.astype(np.int64))
 
 
+def _mmg() -> type[MmgMesh3D]:
+    """Mmg's mesh, loaded only where something is meshed.
+
+    Raises:
+        InvalidSettings: if it is not installed.
+    """
+    try:
+        from mmgpy import MmgMesh3D
+    except ImportError:
+        raise InvalidSettings(
+            "The mesher of parts, mmgpy, is not installed, as there is no package of it for some machines: leave the "
+            "inflation out (--no-inflate), or install it."
+        ) from None
+    return MmgMesh3D
+
+
 def _compact(points: Floats, corners: Ints) -> Tetrahedra:
     used, number = np.unique(corners, return_inverse=True)
     return Tetrahedra(points[used], number.reshape(corners.shape))
@@ -119,9 +136,7 @@ def _compact(points: Floats, corners: Ints) -> Tetrahedra:
 
 def _improved(inside: Tetrahedra, planes: tuple[tuple[int, float], ...], size: float) -> Tetrahedra:
     """Better tetrahedra of the same body; its planes stay planes."""
-    from mmgpy import MmgMesh3D
-
-    mesh = MmgMesh3D(inside.points, inside.corners.astype(np.int32))
+    mesh = _mmg()(inside.points, inside.corners.astype(np.int32))
     faces = boundary_faces(quadratic(inside)[1])[:, :3]
     side = np.full(len(faces), _SIDES, dtype=np.int64)
     for number, (axis, at) in enumerate(planes, start=1):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from manifold3d import Manifold
@@ -9,7 +11,7 @@ from shapes import block, rod, tube
 
 from actuator.body.meshing import mesh_of
 from actuator.body.plates import Glued, glued
-from actuator.failure import NotInflatable
+from actuator.failure import InvalidSettings, NotInflatable
 from actuator.geometry.solid import surface_of
 from actuator.geometry.zero_set import Surface
 
@@ -33,6 +35,12 @@ REFUSED = {
 def of(solid: Manifold, axis: str = "x") -> Glued:
     surface = surface_of(solid)
     return glued(surface.vertices, surface.triangles, axis)  # type: ignore[arg-type]
+
+
+def test_machine_without_the_mesher_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mmgpy", None)
+    with pytest.raises(InvalidSettings, match="--no-inflate"):
+        mesh_of(of(tube()), 4.0)
 
 
 @pytest.mark.parametrize("name", REFUSED)
