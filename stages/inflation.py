@@ -13,7 +13,7 @@ from actuator.arrays import Floats
 from stages.datasets import QUADRATIC_TETRAHEDRON, Dataset, GridPaths, Packed
 
 if TYPE_CHECKING:
-    from actuator.body.inflation import Inflation, State
+    from actuator.body.inflation import Inflation
     from actuator.body.mesh import BodyMesh
     from actuator.body.strain import Strains
     from actuator.solve.path import Point
@@ -61,6 +61,8 @@ FIGURES = (
 )
 #: Atmospheric pressure, N/mm²: the air that fills the chamber is counted at it.
 ATMOSPHERE = 0.101325
+#: How far apart the spots of largest strain must be, over the length; chosen.
+APART = 0.1
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,12 @@ class Course:
             "share_above": found.share_above(self.problem.objective.strain_limit),
             "stretch_max": float(found.stretch.max()),
             "stretch_p99": found.percentile(found.stretch, 0.99),
-            **_plate_forces(self.mesh, state, whole * inflation.reactions(point.z, point.load)),
+            **_plate_forces(
+                self.mesh,
+                state.displacement,
+                inflation.arm.full(state.motion)[:3],
+                whole * inflation.reactions(point.z, point.load),
+            ),
             "limit_point": float(point.limit),
             "newton": float(point.newton),
         }
@@ -213,30 +220,20 @@ class Course:
         return float(full / half) if half else None
 
 
-#: How far apart the spots of largest strain must be, over the length.
-APART = 0.1
-
-
-def _plate_forces(mesh: BodyMesh, state: State, reactions: Floats) -> dict[str, float]:
+def _plate_forces(mesh: BodyMesh, displacement: Floats, moved: Floats, reactions: Floats) -> dict[str, float]:
     """What the body pulls at the plates by, N, and its moments about their centres, N mm: the load of the glue.
 
-    The air on the plates themselves comes in addition.
+    The air on the plates themselves comes in addition. ``moved`` is the displacement of the centre of the arm's plate,
+    (3,), mm.
     """
     forces = {}
-    for name, nodes, centre in (("fixed", mesh.fixed, 0.0), ("arm", mesh.tip, mesh.length)):
+    centres = ("fixed", mesh.fixed, np.zeros(3)), ("arm", mesh.tip, np.array([mesh.length, 0.0, 0.0]) + moved)
+    for name, nodes, centre in centres:
         pull = -reactions[nodes]
-        arm = mesh.nodes[nodes] - [centre, 0.0, 0.0]
-        if name == "arm":
-            # About the centre of the plate, which moves with it.
-            arm = arm + state.displacement[nodes] - np.array([state.motion[0], 0.0, _of(state, mesh)])
+        arm = mesh.nodes[nodes] + displacement[nodes] - centre
         forces[f"{name}_force_1"], forces[f"{name}_force_3"] = float(pull[:, 0].sum()), float(pull[:, 2].sum())
         forces[f"{name}_moment_2"] = float(np.sum(arm[:, 2] * pull[:, 0] - arm[:, 0] * pull[:, 2]))
     return forces
-
-
-def _of(state: State, mesh: BodyMesh) -> float:
-    """T3, which stands second among the coordinates of a half and third among those of a whole."""
-    return float(state.motion[1 if mesh.half else 2])
 
 
 def _on_nodes(mesh: BodyMesh, found: Strains) -> Floats:

@@ -191,7 +191,7 @@ class DirectSolver(ABC):
 
     # ---------------------------------------------------------------- package
 
-    def _open(self) -> None:  # noqa: B027
+    def _open(self) -> None:  # noqa: B027 - a hook, which few packages need
         """Begin with the package, once the pattern is known; most need nothing for that."""
 
     @abstractmethod

@@ -8,13 +8,14 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista
 from PIL import Image
 
-from pipeline.figures.offscreen import PAPER, drawn_apart
-from pipeline.figures.part import INSIDE, OUTSIDE, SIZE
+from pipeline.figures.offscreen import drawn_apart
+from pipeline.figures.part import INSIDE, OUTSIDE, SMOOTH, two_views
 from pipeline.results.inflation import Inflated
 
 #: Blue below the limit of the strain, red above it; the bar ends at twice the limit.
@@ -47,10 +48,8 @@ def _draw(arrays: dict[str, np.ndarray], png: Path) -> None:
     for name in ("strain", "displacement"):
         grid.point_data[name] = arrays[name]
     half = bool(arrays["half"])
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), border=False, window_size=list(SIZE))
-    for column, view in enumerate((OUTSIDE, INSIDE)):
-        plotter.subplot(0, column)
-        plotter.set_background(PAPER)
+
+    def add(plotter: Any, view: tuple[float, float, float]) -> None:
         shown = grid if half or view is OUTSIDE else grid.clip("-y", origin=(0.0, 0.0, 0.0))
         surface = shown.warp_by_vector("displacement").extract_surface(algorithm="dataset_surface")
         mirrored = [surface.reflect((0.0, 1.0, 0.0), point=(0.0, 0.0, 0.0))] if half and view is OUTSIDE else []
@@ -60,20 +59,14 @@ def _draw(arrays: dict[str, np.ndarray], png: Path) -> None:
                 scalars="strain",
                 clim=(0.0, END * float(arrays["limit"])),
                 cmap=COLOURS,
-                smooth_shading=True,
-                split_sharp_edges=True,
-                feature_angle=35.0,
+                **SMOOTH,
                 ambient=0.25,
                 diffuse=0.8,
                 show_scalar_bar=view is INSIDE,
                 scalar_bar_args=BAR,
             )
-        plotter.enable_parallel_projection()
-        plotter.view_vector(view, (0.0, 0.0, 1.0))
-        plotter.add_axes(xlabel="X1", ylabel="X2", zlabel="X3", color="black")
-        plotter.camera.zoom(0.95)
-    plotter.enable_anti_aliasing("ssaa", all_renderers=True)
-    plotter.screenshot(png)
+
+    two_views(png, add, zoom=0.95)
 
 
 if __name__ == "__main__":

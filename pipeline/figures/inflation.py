@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.results.inflation import Response
-from pipeline.results.simulation import RigUnits, Simulation
+from pipeline.results.simulation import Curves, RigUnits
 
 PRINTED, FIELD = "#c55a11", "#1f4e79"
 #: Columns that are drawn, with the words beside their axes.
 PANELS = {"elongation": "travel of the spring's end [mm]", "T3": "T3 [mm]", "theta2": "arm rotation θ2 [degrees]"}
 
 
-def inflation(found: Response, simulation: Simulation | None = None, rig: RigUnits | None = None) -> Figure:
+def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | None = None) -> Figure:
     """Travel of the spring's end, T3 and θ2 over the pressure, and the optimiser's values at p_in.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ SIZE = (1400, 700)
 CUT = "#e8a33d"
 #: Directions to the eye: for the whole, and for the half that is cut open.
 OUTSIDE, INSIDE = ABOVE, (0.35, -1.0, 0.3)
+#: Shading that keeps edges sharper than this angle, degrees.
+SMOOTH: dict[str, Any] = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": 35.0}
 
 
 def draw_part(file: Path, target: Path) -> None:
@@ -49,29 +52,30 @@ def part(vertices: Floats, triangles: Ints) -> Drawn:
 def _draw_with_vtk(vertices: Floats, triangles: Ints, png: Path) -> None:
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), border=False, window_size=list(SIZE))
-    for column, view in enumerate((OUTSIDE, INSIDE)):
-        plotter.subplot(0, column)
-        plotter.set_background(PAPER)
+    def add(plotter: Any, view: tuple[float, float, float]) -> None:
         for corners, colour in _pieces(vertices, triangles, cut=view is INSIDE):
             piece = pyvista.PolyData.from_regular_faces(
                 corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(-1, 3)
             )
-            plotter.add_mesh(
-                piece.clean(),
-                color=colour,
-                smooth_shading=True,
-                split_sharp_edges=True,
-                feature_angle=35.0,
-                specular=0.2,
-                specular_power=20,
-                ambient=0.2,
-                lighting=colour != CUT,
-            )
+            look = {"specular": 0.2, "specular_power": 20, "ambient": 0.2, "lighting": colour != CUT}
+            plotter.add_mesh(piece.clean(), color=colour, **SMOOTH, **look)
+
+    two_views(png, add, zoom=1.05)
+
+
+def two_views(png: Path, add: Callable[[Any, tuple[float, float, float]], None], zoom: float) -> None:
+    """Draw a part from outside and from within, side by side; ``add`` puts into a plotter what one view shows."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), border=False, window_size=list(SIZE))
+    for column, view in enumerate((OUTSIDE, INSIDE)):
+        plotter.subplot(0, column)
+        plotter.set_background(PAPER)
+        add(plotter, view)
         plotter.enable_parallel_projection()
         plotter.view_vector(view, (0.0, 0.0, 1.0))
         plotter.add_axes(xlabel="X1", ylabel="X2", zlabel="X3", color="black")
-        plotter.camera.zoom(1.05)
+        plotter.camera.zoom(zoom)
     plotter.enable_anti_aliasing("ssaa", all_renderers=True)
     plotter.screenshot(png)
 

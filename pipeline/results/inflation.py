@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,18 +14,6 @@ from pipeline.results.simulation import RigUnits
 from pipeline.store import artifact, contents
 from pipeline.store import tables as table_file
 from stages.inflation import TARGET, UNITS
-
-
-class Response(Protocol):
-    """What an inflation is drawn from: as it was computed, or read from its artifact."""
-
-    @property
-    def curves(self) -> Mapping[str, Floats]:
-        """Column -> values along the path."""
-
-    @property
-    def summary(self) -> Mapping[str, Any]:
-        """Of the stage."""
 
 
 @dataclass(frozen=True)

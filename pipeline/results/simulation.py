@@ -20,11 +20,11 @@ from stages.simulate import VERSION
 
 
 class Curves(Protocol):
-    """What a simulation is drawn and compared from: as it was computed, or read from its artifact."""
+    """What a simulation or an inflation is drawn and compared from: as it was computed, or read from its artifact."""
 
     @property
     def curves(self) -> Mapping[str, Floats]:
-        """Columns along the path, (n_points,) each; see :data:`stages.response.COLUMNS`."""
+        """Columns along the path, (n_points,) each."""
 
     @property
     def summary(self) -> Mapping[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from physics import parameters
@@ -234,10 +235,9 @@ def whole_tube(
     return between_plates(*doubled(*half), length, half=False, curved=True)
 
 
-def inflation(mesh: BodyMesh, stuff: Material | None = None, **changes: float | bool | None) -> Inflation:
+def inflation(mesh: BodyMesh, stuff: Material | None = None, **changes: Any) -> Inflation:
     """The problem with an arm of 60 mm and a pressure of about the paper's."""
-    settings: dict[str, float | bool | None] = {"pressure": 0.05, "reach": 60.0, "stiffness": 0.02} | changes
-    return Inflation(mesh, stuff or material(), **settings)  # type: ignore[arg-type]
+    return Inflation(mesh, stuff or material(), **({"pressure": 0.05, "reach": 60.0, "stiffness": 0.02} | changes))
 
 
 def inflated(problem: Inflation, load: float = 1.0, control: Control = PRECISE) -> Point:

@@ -22,6 +22,7 @@ from synthetic import EXAMPLE
 from treloar import STRESS, STRETCH
 
 import poro
+from pipeline.results.simulation import Simulation
 from pipeline.store import contents
 from stages.compare import Recording
 
@@ -165,9 +166,10 @@ def test_simulation_is_computed_loaded_compared_and_drawn(
     )
     found = poro.simulate(short, design, threads=1)
     stored = poro.load(pressurised / "tiny.simulation.h5")
-    assert found.curves.keys() == stored.curves.keys()  # type: ignore[union-attr]
+    assert isinstance(stored, Simulation)
+    assert found.curves.keys() == stored.curves.keys()
     for name, values in found.curves.items():
-        np.testing.assert_array_equal(values, stored.curves[name])  # type: ignore[union-attr]
+        np.testing.assert_array_equal(values, stored.curves[name])
     pressure = np.concatenate([np.zeros(50), np.linspace(0.0, 22.0, 300), np.linspace(22.0, 0.0, 300), np.zeros(50)])
     recording = Recording(pressure, 0.5 * pressure)
     one, other = (poro.compare(short, recording, given, target=10.0) for given in (found, stored))  # type: ignore[arg-type]

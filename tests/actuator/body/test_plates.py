@@ -12,6 +12,7 @@ from shapes import block, rod, tube
 from actuator.body.meshing import mesh_of
 from actuator.body.plates import Glued, glued
 from actuator.failure import InvalidSettings, NotInflatable
+from actuator.geometry.printing.directions import Axis
 from actuator.geometry.solid import surface_of
 from actuator.geometry.zero_set import Surface
 
@@ -32,9 +33,9 @@ REFUSED = {
 }
 
 
-def of(solid: Manifold, axis: str = "x") -> Glued:
+def of(solid: Manifold, axis: Axis = "x") -> Glued:
     surface = surface_of(solid)
-    return glued(surface.vertices, surface.triangles, axis)  # type: ignore[arg-type]
+    return glued(surface.vertices, surface.triangles, axis)
 
 
 def test_machine_without_the_mesher_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,10 +104,10 @@ UNEVEN = tube() + block(4.0, 4.0, 4.0, 3.0, 0.0, 10.0)
 
 
 @pytest.mark.parametrize(("axis", "turns"), [("y", 1), ("z", 2)])
-def test_the_axis_may_be_another(axis: str, turns: int) -> None:
+def test_the_axis_may_be_another(axis: Axis, turns: int) -> None:
     surface = surface_of(UNEVEN)
     moved = Surface(np.roll(surface.vertices, turns, axis=1), surface.triangles)
-    same(glued(moved.vertices, moved.triangles, axis), of(UNEVEN))  # type: ignore[arg-type]
+    same(glued(moved.vertices, moved.triangles, axis), of(UNEVEN))
     with pytest.raises(NotInflatable):
         glued(moved.vertices, moved.triangles, "x")
 
