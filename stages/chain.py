@@ -61,12 +61,14 @@ class Beside:
         settings: module whose ``Settings`` are a section of the case file that is called as the writer is; none if
             empty.
         of_result: whether it shows the result itself, so that one of an older result must not stay beside a new part.
+        on_top: whether it lies beside the part, not among the details.
     """
 
     writer: str
     ending: str
     settings: str = ""
     of_result: bool = False
+    on_top: bool = False
 
 
 @dataclass(frozen=True)
@@ -165,6 +167,8 @@ def youngs(meaning: str = "") -> Option:
     return Option("--youngs", float, "rig", "youngs_modulus", help)
 
 
+RIG = Beside("rig", ".rig.md", settings="stages.rig", on_top=True)
+
 STAGES: Registry[Stage] = Registry("stage")
 
 #: What `poro run` makes unless it is told otherwise, and the part without what it does under pressure.
@@ -206,7 +210,7 @@ for _row in (
         after="mirror",
         options=(SCALE, FORMAT, youngs("also writes the rig's sheet")),
         makes_part=True,
-        beside=(Beside("part-figure", ".png", of_result=True), Beside("rig", ".rig.md", settings="stages.rig")),
+        beside=(Beside("part-figure", ".png", of_result=True, on_top=True), RIG),
     ),
     Stage(
         "simulate",
@@ -239,7 +243,7 @@ for _row in (
             Beside("inflation", ".inflation.csv", of_result=True),
             Beside("inflation-figure", ".inflation.png", of_result=True),
             Beside("inflated-figure", ".inflated.png", of_result=True),
-            Beside("rig", ".rig.md", settings="stages.rig"),
+            RIG,
         ),
     ),
 ):

@@ -73,6 +73,6 @@ def compare(
     measurement = read_measurement(measured, columns, sensitivities)
     options = {"target": target, "zero": zero, "sensor": sensor, "lag": lag, "smoothing": smoothing}
     found = compared(job, measurement, prediction, options)
-    commands.make_folder(job.files.folder)
+    commands.make_folder(job.files.details)
     found.write(format)
     typer.echo(found.as_json(format) if as_json else as_text(found, format))

@@ -8,11 +8,15 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.cli import completion
+from pipeline.store.files import located
 
 Source = Annotated[
     Path,
     typer.Argument(
-        metavar="CASE", help="Case file (.yaml), or the artifact of a stage (.h5).", autocompletion=completion.cases
+        metavar="CASE",
+        help="Case file (.yaml), artifact of a stage (.h5), or the folder of a case.",
+        autocompletion=completion.cases,
+        callback=located,
     ),
 ]
 SourceOrSolid = Annotated[
@@ -21,6 +25,7 @@ SourceOrSolid = Annotated[
         metavar="PART",
         help="Solid (.stl, .3mf) from any program, case file (.yaml), or the artifact of a stage (.h5).",
         autocompletion=completion.parts,
+        callback=located,
     ),
 ]
 OfCase = Annotated[
@@ -32,11 +37,15 @@ OfCase = Annotated[
         autocompletion=completion.cases,
     ),
 ]
-Part = Annotated[Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.")]
+Part = Annotated[
+    Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.", callback=located)
+]
 Output = Annotated[
     Path | None,
     typer.Option(
-        "--output", "-o", help="Folder of the results. Default: outputs/ if there is one, else here; beside an .h5."
+        "--output",
+        "-o",
+        help="Folder for the folder of the case. Default: outputs/ if there is one, else here; where an .h5 lies.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")]

@@ -29,7 +29,7 @@ def check(
         float | None, typer.Option("--density", help="Density of the cured resin, g/cm³. Default: 1.1.")
     ] = None,
     pitch: Annotated[float | None, typer.Option("--pitch", help="Pitch of the voxels, mm. Default: 0.2.")] = None,
-    save: Annotated[bool, typer.Option(help="Write PART.check.json beside the part.")] = True,
+    save: Annotated[bool, typer.Option(help="Store the report as PART.check.json in details/.")] = True,
     as_json: Json = False,
 ) -> None:
     """Tell whether a solid can be printed in silicone and inflated."""

@@ -10,6 +10,7 @@ import typer
 from pipeline.cli import completion
 from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.store.files import located
 
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
@@ -47,8 +48,9 @@ def report(
     from pipeline.runs import perform as commands
 
     # What belongs to an artifact lies beside it, wherever the report goes.
-    job = commands.open_job(case, None if case.suffix == ".h5" else output)
-    folder = output or job.files.folder
+    of_artifact = case.suffix == ".h5"
+    job = commands.open_job(case, None if of_artifact else output)
+    folder = output if output and of_artifact else job.files.folder
     commands.make_folder(folder)
     path, problems = write_report(job, folder, check=check)
     if as_json:
@@ -60,7 +62,9 @@ def report(
 def convert(
     source: Annotated[
         Path,
-        typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts),
+        typer.Argument(
+            metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts, callback=located
+        ),
     ],
     target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
     colour: Annotated[

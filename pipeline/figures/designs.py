@@ -168,7 +168,7 @@ def plot_design(
             raise Fault(ExitCode.USAGE, sentence)
     files, problems = [], []
     for name in names:
-        path = folder / f"{design.name}-{name}.{format}"
+        path = folder / f"{design.name}.{name}.{format}"
         if table := FIGURES[name].table:
             files.append(path.with_suffix(".csv"))
             write_bytes(files[-1], table(design).encode())

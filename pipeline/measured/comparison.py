@@ -20,6 +20,7 @@ from pipeline.results.simulation import read_simulation
 from pipeline.runs.job import Job
 from pipeline.store import artifact, contents
 from pipeline.store.atomic import write_bytes
+from pipeline.store.files import detail_of
 from pipeline.store.tables import as_csv
 from stages import compare
 from stages.compare import deviations
@@ -89,7 +90,7 @@ class Comparison:
     def files(self, format: str) -> list[Path]:
         """Figure, report and table."""
         stem = f"{self.job.case.name}.compare"
-        return [self.job.files.folder / f"{stem}.{ending}" for ending in (format, "json", "csv")]
+        return [self.job.files.details / f"{stem}.{ending}" for ending in (format, "json", "csv")]
 
     def drawn(self) -> Figure:
         """Measured rows and all predictions over the pressure."""
@@ -278,8 +279,8 @@ def _prediction(case: Case, source: Source) -> compare.Prediction:
 
 
 def _found(job: Job, design: Path, *names: str) -> Path | None:
-    """The first file of these names in the folder of the results or beside the design."""
-    folders = dict.fromkeys((job.files.folder, design.parent))
+    """The first file of these names among the details of the results or of the design."""
+    folders = dict.fromkeys((job.files.details, detail_of(design, "")))
     return next((path for folder in folders for name in names if (path := folder / name).is_file()), None)
 
 

@@ -10,6 +10,7 @@ from actuator.failure import Failure
 from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
+from pipeline.store.files import detail_of, make_folder
 from pipeline.store.solid_file import read_solid
 from stages import check
 
@@ -32,8 +33,8 @@ class CheckReport:
 
     @property
     def path(self) -> Path:
-        """Where the report is stored: beside the part."""
-        return self.part.with_name(f"{self.part.name}.check.json")
+        """Where the report is stored: among the details of the part."""
+        return detail_of(self.part, f"{self.part.name}.check.json")
 
     def as_text(self) -> str:
         """A table, one check a line."""
@@ -57,11 +58,12 @@ class CheckReport:
         return result_json("check", found, [self.path] if stored else [])
 
     def write(self) -> None:
-        """Store the report beside the part.
+        """Store the report.
 
         Raises:
             OSError: if the folder or the disk does not take it.
         """
+        make_folder(self.path.parent)
         write_bytes(self.path, f"{self.as_json()}\n".encode())
 
     def refuse(self) -> None:

@@ -14,6 +14,7 @@ from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
+from pipeline.store.files import detail_of, make_folder
 from pipeline.store.solid_file import read_solid
 from pipeline.store.tables import as_csv
 from stages import slices
@@ -48,9 +49,10 @@ class Sliced:
         from pipeline.figures.saving import save
 
         result = self.result
-        table, plot = (self.part.with_name(f"{self.part.stem}.areas.{ending}") for ending in ("csv", format))
+        table, plot = (detail_of(self.part, f"{self.part.stem}.areas.{ending}") for ending in ("csv", format))
         columns = zip(result.heights.tolist(), result.areas.tolist(), result.outlines.tolist(), strict=True)
         rows = ((row, f"{height:.6g}", f"{area:.9g}", count) for row, (height, area, count) in enumerate(columns, 1))
+        make_folder(table.parent)
         write_bytes(table, as_csv(("layer", "height_mm", "area_mm2", "outlines"), rows).encode())
         save(layers(result), plot)
         largest = int(result.areas.argmax())
@@ -92,8 +94,9 @@ class Sliced:
         found = []
         for name, height in wanted:
             cut = part.cut(height)
-            path = self.part.with_name(f"{self.part.stem}.{name}.{format}")
+            path = detail_of(self.part, f"{self.part.stem}.{name}.{format}")
             data = mask_png(cut, part, shape, pixel) if format == "png" else outlines_svg(cut, part, self.part.stem)
+            make_folder(path.parent)
             write_bytes(path, data)
             figures = {"height_mm": height, "area_mm2": cut.area, "outlines": len(cut.outlines)}
             found.append({"name": name} | figures | {"file": str(path)})

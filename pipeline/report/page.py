@@ -38,6 +38,7 @@ from pipeline.runs.plan import status
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
 from pipeline.store.atomic import write_bytes
+from pipeline.store.files import detail_of, folder_of
 from stages.chain import GOAL, STAGES, path_to
 
 WEB = resources.files("pipeline.report") / "web"
@@ -187,12 +188,12 @@ def _find_part(job: Job, found: Gathered, check: bool) -> None:
     if not summary:
         found.missing.append(Missing("the part to print, and its checks", _command("export", optimised)))
         return
-    part = record.with_name(Path(summary["file"]).name)
+    part = folder_of(record) / Path(summary["file"]).name
     if not part.is_file():
         found.missing.append(Missing(f"{part.name}, which is gone", _command("export", optimised, "--force")))
         return
     found.part = part
-    stored = part.with_name(f"{part.name}.check.json")
+    stored = detail_of(part, f"{part.name}.check.json")
     if stored.is_file():
         findings = _read_json(stored)
         if findings.get("sha256") == hashlib.sha256(part.read_bytes()).hexdigest():
@@ -233,8 +234,8 @@ def _find_inflation(job: Job, found: Gathered) -> None:
 
 
 def _find_comparison(optimised: Path, found: Gathered) -> None:
-    """What ``poro compare`` left beside the design: NAME.compare.json and its figure."""
-    stored = optimised.with_name(f"{found.design.name}.compare.json")
+    """What ``poro compare`` left among its details: NAME.compare.json and its figure."""
+    stored = detail_of(optimised, f"{found.design.name}.compare.json")
     if stored.is_file():
         values = _read_json(stored)
         try:

@@ -15,7 +15,7 @@ from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import Fault
 from pipeline.results.simulation import is_current
 from pipeline.store import artifact, contents
-from pipeline.store.files import Files
+from pipeline.store.files import Files, folder_of
 from stages.datasets import vtk_order
 
 if TYPE_CHECKING:
@@ -55,8 +55,14 @@ class OptimisedDesign(stages.optimize.Result):
     @property
     def simulation(self) -> Path | None:
         """The artifact of ``poro simulate`` beside the design's own, if there is one of this version."""
-        path = self.source.with_name(f"{self.name}.simulation.h5") if self.source else None
+        path = self._files.artifact("simulate") if self.source else None
         return path if path and is_current(path) else None
+
+    @property
+    def _files(self) -> Files:
+        """Of the case whose design this is, if that was read from an artifact."""
+        assert self.source
+        return Files(folder_of(self.source), self.name, "")
 
     @property
     def shape(self) -> Surface:
@@ -86,8 +92,7 @@ class OptimisedDesign(stages.optimize.Result):
 
         if not self.source:
             return None
-        files = Files(self.source.parent, self.name, "")
-        refined, mirrored = files.artifact("refine"), files.artifact("mirror")
+        refined, mirrored = self._files.artifact("refine"), self._files.artifact("mirror")
         try:
             fine, whole = artifact.read_header(refined), artifact.read_header(mirrored)
             versions = (fine.stage_version, whole.stage_version) == (stages.refine.VERSION, stages.mirror.VERSION)

@@ -37,7 +37,7 @@ def claimed(files: Files) -> Iterator[None]:
             "ended, or choose another --output.",
         ) from None
     try:
-        for left, target in atomic.temporaries(files.folder):
+        for left, target in (*atomic.temporaries(files.folder), *atomic.temporaries(files.details)):
             if files.owns(target):
                 left.unlink(missing_ok=True)
         # Only for the sentence above: a full disk must not stop what may need no room.

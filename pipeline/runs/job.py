@@ -13,7 +13,7 @@ from pipeline.runs.adopted import adopted, exported, is_solid
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
-from pipeline.store.files import Files, part_of
+from pipeline.store.files import OUTPUTS, Files, folder_of, part_of
 from stages.chain import GOAL, STAGES, Option, followers, path_to
 from stages.formats import FORMATS
 
@@ -103,8 +103,8 @@ def open_job(
 
     Args:
         argument: a case file, an artifact of a case, or a solid.
-        output: folder of the results; by default the own folder of an artifact or a solid, or for a case
-            ``outputs`` in the working folder if there is one, else the working folder.
+        output: folder in which that of the case lies; by default ``outputs`` in the working folder if there is one,
+            else the working folder. What is made of an artifact or a solid goes to where that lies.
         changes: what the command line says instead of the case; None where it says nothing.
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
 
@@ -118,18 +118,19 @@ def open_job(
         argument = (None if of_case else exported(argument)) or argument
     if is_solid(argument):
         given, own, text = adopted(argument, of_case)
-        default = argument.parent
+        here: Path | None = folder_of(argument)
     elif argument.suffix == ".h5":
         given = artifact.read_header(argument)
         _refuse_dead_end(argument, given.stage)
         own, text = stored_case(given.case_resolved, argument), given.case_text
-        default = argument.parent
+        here = folder_of(argument)
     else:
         own, text = read_case(find_case(argument))
-        default = default_folder()
+        here = None
     said = {option: value for option, value in (changes or {}).items() if value is not None}
-    _refuse_impossible(output or default)
-    return make_job(argument, own, text, output or default, given, said)
+    folder = here if here is not None and not output else (output or default_folder()) / own.name
+    _refuse_impossible(folder)
+    return make_job(argument, own, text, folder, given, said)
 
 
 def make_job(
@@ -140,7 +141,7 @@ def make_job(
     given: Header | None = None,
     changes: Mapping[Option, Any] | None = None,
 ) -> Job:
-    """The job of a case in a folder.
+    """The job of a case whose files lie in a folder.
 
     Raises:
         Fault: if a value of the command line is out of range (USAGE).
@@ -154,21 +155,8 @@ def make_job(
 
 
 def default_folder() -> Path:
-    """Where results go unless a command says otherwise: ``outputs`` if there is one here, else here."""
-    return Path("outputs") if Path("outputs").is_dir() else Path()
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder for results, if it is not there.
-
-    Raises:
-        Fault: if it cannot be made (USAGE).
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        sentence = f"{folder}: cannot be made a folder for the results ({error.strerror}); choose another --output."
-        raise Fault(ExitCode.USAGE, sentence) from None
+    """Where the folders of cases go unless a command says otherwise: ``outputs`` if there is one here, else here."""
+    return Path(OUTPUTS) if Path(OUTPUTS).is_dir() else Path()
 
 
 def _refuse_dead_end(argument: Path, stage: str) -> None:

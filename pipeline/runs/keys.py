@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from stages.chain import STAGES
+from stages.chain import GOAL, STAGES, path_to
 
 
 def content_key(stage: str, version: int, settings: Mapping[str, Any], upstream: Sequence[str] = ()) -> str:
@@ -38,8 +38,17 @@ def path_key(resolved: Mapping[str, Any], stage: str, version: int) -> str:
         stage: a stage that can be continued.
         version: of the stage.
     """
+    return content_key("checkpoint", version, _path_settings(resolved, stage))
+
+
+def problem(resolved: Mapping[str, Any]) -> dict[str, Any]:
+    """The problem that a resolved case poses, section by section: what decides which path its optimisation takes."""
+    return _path_settings(resolved, path_to(GOAL)[0])
+
+
+def _path_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     row = STAGES[stage]
-    return content_key("checkpoint", version, _without(resolved, row.sections, row.recorded_only + row.extent))
+    return _without(resolved, row.sections, row.recorded_only + row.extent)
 
 
 def _without(resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str]) -> dict[str, Any]:

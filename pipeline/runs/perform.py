@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,13 @@ from pipeline.results.json_output import result_json
 from pipeline.runs import beside, memory
 from pipeline.runs.adopted import identity, refuse_other
 from pipeline.runs.claim import claimed
+from pipeline.runs.earlier import another_problem, set_aside
 from pipeline.runs.execution import Execution, Unfit
-from pipeline.runs.job import Job, make_folder, open_job
+from pipeline.runs.job import Job, open_job
 from pipeline.runs.plan import Step, plan, status
-from pipeline.runs.progress import reporting
+from pipeline.runs.progress import Reporter, reporting
 from pipeline.store.artifact import program_version
+from pipeline.store.files import make_folder
 from stages.chain import STAGES
 
 __all__ = ["make_folder", "open_job", "perform", "plan", "plot", "refuse_other", "status"]
@@ -37,10 +40,8 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
     """
     memory.refuse_too_large(job, [step.stage for step in steps if step.runs])
-    make_folder(job.files.folder)
-    with claimed(job.files), reporting(job.files.log) as reporter:
-        _refuse_changed(steps)
-        reporter.log.info("poro %s: %s", program_version(), job.argument)
+    make_folder(job.files.details)
+    with claimed(job.files), _reporting(job, steps) as reporter:
         execution = Execution(job, reporter, fresh)
         written: list[Path] = []
         said: dict[str, beside.Said] = {}
@@ -74,6 +75,19 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
     return summary.as_text(name, summaries, beside.lines(said), files), fault
 
 
+@contextmanager
+def _reporting(job: Job, steps: list[Step]) -> Iterator[Reporter]:
+    """Report on the steps, once what they must not replace is out of their way."""
+    _refuse_changed(steps)
+    differences = another_problem(job, steps)
+    kept = set_aside(job, differences) if differences else ""
+    with reporting(job.files.log) as reporter:
+        reporter.log.info("poro %s: %s", program_version(), job.argument)
+        if kept:
+            reporter.say(kept)
+        yield reporter
+
+
 def _shortfall(step: Step, found: Mapping[str, Any]) -> Fault | None:
     """What the result of a step lacks; None if it is whole."""
     shortfall = STAGES[step.stage].shortfall(found, str(step.path))
@@ -93,8 +107,8 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     from pipeline.results.design import read_design
 
     design = read_design(job.artifact("optimize"))
-    make_folder(job.files.folder)
-    files, problems = plot_design(design, job.files.folder, format, only)
+    make_folder(job.files.details)
+    files, problems = plot_design(design, job.files.details, format, only)
     if as_json:
         return result_json("plot", {"name": job.case.name, "problems": problems}, files)
     return "\n".join([*map(str, files), *problems])

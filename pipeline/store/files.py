@@ -1,4 +1,8 @@
-"""Where the files of a case lie, and which of them are its own."""
+"""Where the files of a case lie, and which of them are its own.
+
+A case has a folder. On top lie what a user looks for, the design and the parts with their picture, sheet and report;
+all else lies in a folder below. Names are those of the case or the part, with what it is after a dot.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.exit_codes import ExitCode, Fault
 from stages.chain import PART, STAGES, Beside
 from stages.formats import FORMATS
+
+#: The folder of results in the working folder, and the one below, in that of a case.
+OUTPUTS, DETAILS = "outputs", "details"
 
 
 @dataclass(frozen=True)
@@ -16,7 +24,7 @@ class Files:
     """Where a job's files lie.
 
     Attributes:
-        folder: of all of them.
+        folder: of the case.
         name: of the case.
         part: file name of the part, after which what is made of it is named too.
     """
@@ -28,7 +36,13 @@ class Files:
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage; that of one that makes a part is the record beside the part."""
         row = STAGES[stage]
-        return self.folder / f"{self.part if row.makes_part else self._stem(stage)}{row.suffix}"
+        folder = self.details if row.after else self.folder
+        return folder / f"{self.part if row.makes_part else self._stem(stage)}{row.suffix}"
+
+    @property
+    def details(self) -> Path:
+        """Folder of what is neither design nor part."""
+        return self.folder / DETAILS
 
     def _stem(self, stage: str) -> str:
         return self.exported.stem if STAGES[stage].of_part else self.name
@@ -40,46 +54,93 @@ class Files:
 
     def beside(self, stage: str, beside: Beside) -> Path:
         """A file that is written beside the artifact of a stage."""
-        return self.folder / f"{self._stem(stage)}{beside.ending}"
+        return (self.folder if beside.on_top else self.details) / f"{self._stem(stage)}{beside.ending}"
+
+    @property
+    def report(self) -> Path:
+        """The page about the case."""
+        return self.folder / f"{self.name}.report.html"
 
     @property
     def log(self) -> Path:
         """The log, to which every command appends."""
-        return self.folder / f"{self.name}.log"
+        return self.details / f"{self.name}.log"
 
     @property
     def checkpoint(self) -> Path:
         """State of an optimisation under way."""
-        return self.folder / f"{self.name}.checkpoint.h5"
+        return self.details / f"{self.name}.checkpoint.h5"
 
     @property
     def updates(self) -> Path:
         """Folder with the fields of the design updates of an optimisation under way."""
-        return self.folder / f"{self.name}.updates"
+        return self.details / f"{self.name}.updates"
 
     @property
     def lock(self) -> Path:
         """Locked while a process works on the case."""
-        return self.folder / f".{self.name}.lock"
+        return self.details / f".{self.name}.lock"
 
     @property
     def holder(self) -> Path:
         """Says which process that is."""
-        return self.folder / f".{self.name}.holder"
+        return self.details / f".{self.name}.holder"
 
     def owns(self, name: str) -> bool:
         """Whether a command that works on the case, and no other, writes a file of this name."""
         return any(re.fullmatch(f"{re.escape(self.name)}({ending})", name) for ending in _endings())
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, if it is not there.
+
+    Raises:
+        Fault: if it cannot be made (USAGE).
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        sentence = f"{folder}: cannot be made a folder for the results ({error.strerror}); choose another --output."
+        raise Fault(ExitCode.USAGE, sentence) from None
+
+
+def folder_of(path: Path) -> Path:
+    """The folder of the case that a file of it lies in."""
+    return path.parent.parent if path.parent.name == DETAILS else path.parent
+
+
+def detail_of(path: Path, name: str) -> Path:
+    """A file among the details of the case that a file belongs to."""
+    return folder_of(path) / DETAILS / name
+
+
 def part_of(record: Path) -> Path:
-    """The part whose record an artifact is: it lies beside it, under the same name without the ending."""
-    return record.with_suffix("")
+    """The part whose record an artifact is: it has the same name without the ending."""
+    return folder_of(record) / record.stem
 
 
 def record_of(part: Path) -> Path:
     """Where the record of a part lies, or would lie."""
-    return part.with_name(f"{part.name}{STAGES[PART].suffix}")
+    return detail_of(part, f"{part.name}{STAGES[PART].suffix}")
+
+
+def located(path: Path) -> Path:
+    """What a path names: itself, the design in the folder of a case, or a file in that of a case which is not named.
+
+    ``case14.h5`` is ``case14/case14.h5`` or ``outputs/case14/case14.h5`` where there is none here, so that a command
+    reads the same whichever folder the results went to.
+    """
+    try:
+        if path.is_dir() and (design := path / f"{path.resolve().name}.h5").is_file():
+            return design
+        if path.exists():
+            return path
+        bases = [base for base in (path.parent, path.parent / OUTPUTS) if base.is_dir()]
+        folders = [each for base in bases for each in sorted(base.iterdir()) if path.name.startswith(f"{each.name}.")]
+        places = (folder / path.name for each in folders for folder in (each, each / DETAILS))
+        return next((place for place in places if place.is_file()), path)
+    except OSError:  # what reads the file will say so
+        return path
 
 
 def _endings() -> Iterator[str]:

@@ -19,10 +19,11 @@ from typing import IO, Any
 from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.wording import duration
-from pipeline.runs.job import make_folder, make_job
+from pipeline.runs.job import make_job
 from pipeline.runs.plan import Step, plan
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
+from pipeline.store.files import make_folder
 from pipeline.study.study import Study, Variant
 
 #: Seconds that an interrupted case gets to store what it has, until it is told again, and between two looks at the
@@ -229,7 +230,7 @@ class _Running:
         # Closed by end(), after the process has ended.
         self.said: IO[str] = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         case = sweep.case_file(variant)
-        options = ["--until", sweep.study.until, "--output", str(case.parent), "--threads", str(sweep.threads)]
+        options = ["--until", sweep.study.until, "--output", str(sweep.folder), "--threads", str(sweep.threads)]
         self.process = subprocess.Popen(
             # -P: a folder 'pipeline' in the working folder is not this program.
             [sys.executable, "-P", "-m", "poro", "run", str(case), *options],
