@@ -11,7 +11,7 @@ WORKERS := -n logical --maxprocesses 4 --dist loadfile
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-demo: $(STAMP)  ## optimise a small actuator and export it: outputs/quick.stl and outputs/quick.png
+demo: $(STAMP)  ## optimise a small actuator and export it: quick.stl and quick.png in outputs/quick/
 	$(BIN)/poro run configs/quick.yaml --output $(OUTPUTS)
 
 test: $(STAMP)  ## the tests

@@ -62,7 +62,7 @@ def folder(finished: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def undrawn(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts get the figure of the finished case: the process that draws one starts for seconds."""
-    figure = finished / "tiny.png"
+    figure = finished / "tiny/tiny.png"
     monkeypatch.setattr("pipeline.figures.part.draw_part", lambda part, path: shutil.copy(figure, path))
 
 
@@ -87,14 +87,14 @@ def quickly(monkeypatch: pytest.MonkeyPatch) -> None:
 def report(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of that run."""
     folder = tmp_path_factory.mktemp("report")
-    assert call(["report", str(finished / "tiny.h5"), "--output", str(folder)]) == 0
+    assert call(["report", str(finished / "tiny/tiny.h5"), "--output", str(folder)]) == 0
     return folder / "tiny.report.html"
 
 
 @pytest.fixture(scope="session")
 def summary(finished: Path) -> dict[str, Any]:
     """What the optimisation of that run reports."""
-    return contents.summary(finished / "tiny.h5", "optimize")
+    return contents.summary(finished / "tiny/tiny.h5", "optimize")
 
 
 @pytest.fixture(scope="session")
@@ -110,4 +110,4 @@ def pressurised(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
 @pytest.fixture
 def simulation(folder: Path, pressurised: Path) -> Path:
     """The simulation beside the design of :func:`folder`."""
-    return shutil.copy(pressurised / "tiny.simulation.h5", folder / "tiny.simulation.h5")
+    return shutil.copy(pressurised / "tiny/details/tiny.simulation.h5", folder / "tiny/details")

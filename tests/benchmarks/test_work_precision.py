@@ -110,7 +110,7 @@ def test_benchmark_measures_once_and_writes_table_and_plot(monkeypatch: pytest.M
 
 def test_tolerances_of_a_stored_design(finished: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(tables, "RESULTS", tmp_path)
-    monkeypatch.setattr(sys, "argv", ["tolerances", "--design", str(finished / "tiny.h5")])
+    monkeypatch.setattr(sys, "argv", ["tolerances", "--design", str(finished / "tiny/tiny.h5")])
     tolerances.main()
     head, _, *rows = (tmp_path / "tolerances.md").read_text().splitlines()[4:]
     columns = [name.strip() for name in head.split("|")[1:-1]]

@@ -31,9 +31,9 @@ def test_part_is_written_in_it_and_read_back_closed(folder: Path, poro: Poro) ->
     assert ended.code == ExitCode.OK, ended.err
     found = json.loads(ended.out)
     assert found["export"]["file"] == "tiny.off"
-    mesh = trimesh.load_mesh(folder / "tiny.off")
+    mesh = trimesh.load_mesh(folder / "tiny/tiny.off")
     assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(trimesh.load_mesh(folder / "tiny.stl").volume, rel=1e-5)
+    assert mesh.volume == pytest.approx(trimesh.load_mesh(folder / "tiny/tiny.stl").volume, rel=1e-5)
     assert "up to date" in poro("export", "tiny.yaml", *HERE, "--format", "off").err.splitlines()[-1]
     checked = poro("check", "tiny.off", "--pitch", 1.0, "--json")
     assert checked.code in (ExitCode.OK, ExitCode.BAD_SOLID), checked.err

@@ -42,18 +42,18 @@ def registered() -> Iterator[None]:
 def test_plot_draws_it_with_its_table(poro: Poro, folder: Path) -> None:
     ended = poro("plot", "tiny.h5", "--only", "histogram")
     assert ended.code == 0, ended.err
-    assert ended.out.split() == ["tiny-histogram.csv", "tiny-histogram.png"]
-    with Image.open(folder / "tiny-histogram.png") as drawn:
+    assert ended.out.split() == ["tiny.histogram.csv", "tiny.histogram.png"]
+    with Image.open(folder / "tiny/details/tiny.histogram.png") as drawn:
         assert drawn.size == (400, 300)
         assert len(np.unique(np.asarray(drawn.convert("L")))) > 5
-    assert len((folder / "tiny-histogram.csv").read_text().split()) == BINS
+    assert len((folder / "tiny/details/tiny.histogram.csv").read_text().split()) == BINS
 
 
 @pytest.mark.usefixtures("registered")
 def test_report_shows_it_after_the_others(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipeline.report.page.displayed", lambda design: None)
     assert poro("report", "tiny.h5", "--no-check").code == 0
-    page = lxml.html.document_fromstring((folder / "tiny.report.html").read_bytes())
+    page = lxml.html.document_fromstring((folder / "tiny/tiny.report.html").read_bytes())
     (figure,) = page.xpath("//figure[@id='figure-histogram']")
     assert figure.xpath(".//img/@src")[0].startswith("data:image/png;base64,")
     assert figure.xpath("string(./figcaption)") == "How many vertices have which density."
@@ -62,6 +62,6 @@ def test_report_shows_it_after_the_others(poro: Poro, folder: Path, monkeypatch:
 
 
 def test_without_it_the_name_is_unknown(poro: Poro, folder: Path) -> None:
-    ended = poro("plot", folder / "tiny.h5", "--only", "histogram")
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "histogram")
     assert ended.code == 2
     assert "--only histogram: there is no such figure" in ended.err

@@ -56,11 +56,11 @@ def test_it_is_run_by_its_command_and_as_a_goal(folder: Path, poro: Poro) -> Non
     assert explained.splitlines()[-1].split() == ["weigh", "run", "missing"]
     ended = poro("run", "tiny.yaml", *HERE, "--until", "weigh")
     assert ended.code == ExitCode.OK, ended.err
-    volume = contents.summary(folder / "tiny.weigh.h5", "weigh")["volume"]
-    assert volume == pytest.approx(contents.summary(folder / "tiny.stl.h5", "export")["volume"], rel=1e-3)
+    volume = contents.summary(folder / "tiny/details/tiny.weigh.h5", "weigh")["volume"]
+    assert volume == pytest.approx(contents.summary(folder / "tiny/details/tiny.stl.h5", "export")["volume"], rel=1e-3)
     assert f"  mass                {1.5e-3 * volume:.3f} g\n" in ended.out
     assert "tiny.weigh.h5" in ended.out
-    (mass,) = artifact.read(folder / "tiny.weigh.h5", "weigh", "weight/mass")
+    (mass,) = artifact.read(folder / "tiny/details/tiny.weigh.h5", "weigh", "weight/mass")
     assert mass == pytest.approx(1.5e-3 * volume)
     found = json.loads(poro("weigh", "tiny.yaml", *HERE, "--density", 1.2, "--json").out)
     assert found["command"] == "weigh"
@@ -95,7 +95,7 @@ def test_what_knows_it_not_can_still_be_used(folder: Path, poro: Poro) -> None:
     with STAGES.registered("weigh", WEIGH):
         assert poro("refine", "tiny.yaml", *HERE, "--force").code == ExitCode.OK
         assert poro("weigh", "tiny.yaml", *HERE).code == ExitCode.OK
-    assert artifact.read_header(folder / "tiny.refined.h5").case_resolved["weigh"] == {"density": 1.1}
+    assert artifact.read_header(folder / "tiny/details/tiny.refined.h5").case_resolved["weigh"] == {"density": 1.1}
     assert poro("mirror", "tiny.refined.h5").code == ExitCode.OK
     assert "this is the result of 'weigh'; give the case file" in poro("status", "tiny.weigh.h5").err
     assert "weigh" not in poro("--help").out

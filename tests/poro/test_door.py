@@ -46,7 +46,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> poro.Case:
 
 @pytest.fixture(scope="module")
 def design(finished: Path) -> poro.OptimisedDesign:
-    found = poro.load(finished / "tiny.h5")
+    found = poro.load(finished / "tiny/tiny.h5")
     assert isinstance(found, poro.OptimisedDesign)
     return found
 
@@ -133,14 +133,14 @@ def test_stages_find_what_the_program_stores(case: poro.Case, finished: Path, de
     assert found.case == design.case.model_copy(update={"compute": case.compute})
     assert found.summary["terms"] == design.summary["terms"]
     fine = poro.refine(case, found)
-    stored = poro.load(finished / "tiny.refined.h5")
+    stored = poro.load(finished / "tiny/details/tiny.refined.h5")
     np.testing.assert_array_equal(fine.chi, stored.chi)  # type: ignore[union-attr]
     solid = poro.mirror(case, fine)
-    surface = poro.load(finished / "tiny.solid.h5")
+    surface = poro.load(finished / "tiny/details/tiny.solid.h5")
     np.testing.assert_array_equal(solid.vertices, surface.vertices)  # type: ignore[union-attr]
     part = poro.export(case, solid)
     assert part.passed
-    assert part.data == (finished / "tiny.stl").read_bytes()
+    assert part.data == (finished / "tiny/tiny.stl").read_bytes()
 
 
 def test_optimisation_goes_on_from_a_design(case: poro.Case, design: poro.OptimisedDesign) -> None:
@@ -165,7 +165,7 @@ def test_simulation_is_computed_loaded_compared_and_drawn(
         {"simulate.max_load": 1.2, "simulate.states": (0.5, 1.0), "rig.youngs_modulus": 1.0},
     )
     found = poro.simulate(short, design, threads=1)
-    stored = poro.load(pressurised / "tiny.simulation.h5")
+    stored = poro.load(pressurised / "tiny/details/tiny.simulation.h5")
     assert isinstance(stored, Simulation)
     assert found.curves.keys() == stored.curves.keys()
     for name, values in found.curves.items():
@@ -191,7 +191,7 @@ def test_recorded_test_is_compared_with_a_single_point(case: poro.Case, design: 
 
 
 def test_parts_are_checked_and_sliced(finished: Path) -> None:
-    path = finished / "tiny.stl"
+    path = finished / "tiny/tiny.stl"
     part = poro.load(path)
     assert poro.check(path, wall=0.3).summary == poro.check(part, wall=0.3).summary  # type: ignore[arg-type]
     layers = poro.slice(path, thickness=0.5)
@@ -231,6 +231,6 @@ def test_figures_are_returned_and_nothing_is_written(
 
 def test_design_that_was_not_stored_is_drawn_alike(design: poro.OptimisedDesign, finished: Path) -> None:
     unstored = replace(design, source=None)
-    points, _ = contents.surface(finished / "tiny.solid.h5")
+    points, _ = contents.surface(finished / "tiny/details/tiny.solid.h5")
     np.testing.assert_array_equal(unstored.shape.vertices, points)
     assert isinstance(poro.figures.arm(unstored), Figure)

@@ -63,7 +63,7 @@ def test_settings_are_checked() -> None:
 
 
 def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
-    part = folder / "tiny.stl"
+    part = folder / "tiny/tiny.stl"
     before = part.read_bytes()
     ended = poro("export", "tiny.h5", "--youngs", "1.0", "--json")
     assert ended.code == 0, ended.err
@@ -71,8 +71,8 @@ def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
     found = json.loads(ended.out)
     assert found["rig"]["pressure"] == pytest.approx(20.0)
     assert found["rig"]["spring_travel"] == pytest.approx(found["spring_elongation"] * found["rig"]["scale"])
-    assert str(folder / "tiny.rig.md") in [str(Path(file).resolve()) for file in found["files"]]
-    sheet = (folder / "tiny.rig.md").read_text(encoding="utf-8")
+    assert str(folder / "tiny/tiny.rig.md") in [str(Path(file).resolve()) for file in found["files"]]
+    sheet = (folder / "tiny/tiny.rig.md").read_text(encoding="utf-8")
     assert "| pressure p_in | 20 kPa |" in sheet
     assert "0.5 mm thick, 12.7 mm wide" in sheet
     assert "kPa, arm 60 mm" in poro("export", "tiny.h5", "--youngs", "1.0").out
@@ -80,10 +80,10 @@ def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_sheet_says_the_scale_and_what_is_not_known(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.h5").rename(folder / "elsewhere.h5")
+    (folder / "tiny/tiny.h5").rename(folder / "elsewhere.h5")
     ended = poro("export", "tiny.refined.h5", "--scale", "1.5", "--youngs", "1")
     assert ended.code == 0, ended.err
-    sheet = (folder / "tiny.scale-1.5.rig.md").read_text(encoding="utf-8")
+    sheet = (folder / "tiny/tiny.scale-1.5.rig.md").read_text(encoding="utf-8")
     assert "| radius R | 22.5 mm |" in sheet
     assert "at p_in | not known |" in sheet
 

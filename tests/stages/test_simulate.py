@@ -53,8 +53,8 @@ def simulated(pressurised: Path, tmp_path: Path) -> Path:
 
 
 def test_what_paraview_opens_is_there_again_and_only_for_what_has_a_grid(simulated: Path, poro: Poro) -> None:
-    simulation = simulated / "tiny.simulation.h5"
-    shown = simulated / "tiny.simulation.vtkhdf"
+    simulation = simulated / "tiny/details/tiny.simulation.h5"
+    shown = simulated / "tiny/details/tiny.simulation.vtkhdf"
     shown.unlink()
     ended = poro("simulate", "tiny.yaml", "--output", ".")
     assert "up to date" in ended.out + ended.err
@@ -67,7 +67,7 @@ def test_what_paraview_opens_is_there_again_and_only_for_what_has_a_grid(simulat
 
 
 def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
-    path = simulated / "tiny.simulation.h5"
+    path = simulated / "tiny/details/tiny.simulation.h5"
     found = read_simulation(path)
     case = json.loads(artifact.read(path, "simulate", "case_resolved")[0])
     assert found.name == "tiny"
@@ -84,7 +84,7 @@ def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
     assert np.abs(curve["T3"][-1]) < 1e-6 * np.abs(curve["T3"]).max()
 
     # The optimised state is the one that is reached; its summary says the same of it.
-    optimised = json.loads(artifact.read(simulated / "tiny.h5", "optimize", "report/summary")[0])
+    optimised = json.loads(artifact.read(simulated / "tiny/tiny.h5", "optimize", "report/summary")[0])
     summary = found.summary
     assert summary["reached"] is True
     assert max(summary["difference"].values()) < 1e-6
@@ -94,15 +94,15 @@ def test_curves_states_table_and_figure(simulated: Path, poro: Poro) -> None:
     assert at["energy_ratio"] == pytest.approx(optimised["energy_ratio"], rel=1e-6)
     assert at["leak"] == pytest.approx(optimised["wall_leak"], rel=1e-6)
 
-    table = list(csv.reader((simulated / "tiny.simulation.csv").read_text().splitlines()))
+    table = list(csv.reader((simulated / "tiny/details/tiny.simulation.csv").read_text().splitlines()))
     assert table[0][:2] == ["load_factor [1]", "pressure [N/mm^2]"]
     assert [float(row[0]) for row in table[1:]] == pytest.approx(curve["load_factor"].tolist())
-    with Image.open(simulated / "tiny.simulation.png") as image:
+    with Image.open(simulated / "tiny/details/tiny.simulation.png") as image:
         assert (np.asarray(image.convert("L")) < 200).mean() > 0.005
 
-    states = steps(simulated / "tiny.simulation.vtkhdf")
+    states = steps(simulated / "tiny/details/tiny.simulation.vtkhdf")
     assert list(states) == [0.5, 1.0]
-    stored = artifact.read(simulated / "tiny.h5", "optimize", "nodes/displacement")[0]
+    stored = artifact.read(simulated / "tiny/tiny.h5", "optimize", "nodes/displacement")[0]
     np.testing.assert_allclose(states[1.0]["displacement"], stored, atol=1e-6 * np.abs(stored).max())
     assert 0.3 < np.linalg.norm(states[0.5]["displacement"]) / np.linalg.norm(stored) < 0.7
     np.testing.assert_array_equal(states[0.5]["chi"], states[1.0]["chi"])
@@ -144,12 +144,12 @@ def test_reruns_and_what_is_said(simulated: Path, poro: Poro) -> None:
 def test_rig_units_in_table_and_figure(simulated: Path, poro: Poro) -> None:
     ended = poro("simulate", "tiny.yaml", "--output", ".", "--youngs", 1.0, "--scale", 1.5)
     assert ended.code == ExitCode.OK, ended.err
-    rows = list(csv.DictReader((simulated / "tiny.simulation.csv").read_text().splitlines()))
+    rows = list(csv.DictReader((simulated / "tiny/details/tiny.simulation.csv").read_text().splitlines()))
     row = next(row for row in rows if row["load_factor [1]"] == "1")
     assert float(row["rig_pressure [kPa]"]) == pytest.approx(20.0)
     assert float(row["rig_elongation [mm]"]) == pytest.approx(1.5 * float(row["elongation [mm]"]), rel=1e-8)
     assert float(row["rig_T3 [mm]"]) == pytest.approx(1.5 * float(row["T3 [mm]"]), rel=1e-8)
-    found = read_simulation(simulated / "tiny.simulation.h5")
+    found = read_simulation(simulated / "tiny/details/tiny.simulation.h5")
     rig = RigUnits(ProblemSettings(), 1.5, 1.0)
     axes = response(found, rig).axes[0]
     pressures = np.concatenate([line.get_ydata() for line in axes.lines])
@@ -160,7 +160,7 @@ def test_rig_units_in_table_and_figure(simulated: Path, poro: Poro) -> None:
 
 
 def test_limit_points_are_marked_and_said(simulated: Path) -> None:
-    found = read_simulation(simulated / "tiny.simulation.h5")
+    found = read_simulation(simulated / "tiny/details/tiny.simulation.h5")
     before = len(response(found).axes[0].lines)
     found.summary["limit_points"] = [{"load_factor": 0.5, "loading": True}]
     assert len(response(found).axes[0].lines) == before + 1
@@ -184,10 +184,10 @@ def test_interrupted_curves_are_kept_and_computed_again(
         ended = poro("simulate", "tiny.h5", "--threads", 1)
     assert ended.code == ExitCode.INTERRUPTED
     assert "run the same command to compute it to the end" in ended.err
-    found = read_simulation(folder / "tiny.simulation.h5")
+    found = read_simulation(folder / "tiny/details/tiny.simulation.h5")
     assert found.summary["finished"] is False
     assert len(found.curves["T3"]) == 3
-    assert len((folder / "tiny.simulation.csv").read_text().splitlines()) == 4
+    assert len((folder / "tiny/details/tiny.simulation.csv").read_text().splitlines()) == 4
     assert "interrupted before its end" in poro("status", "tiny.h5").out
 
 
@@ -197,13 +197,13 @@ def test_a_path_that_is_lost_is_stored_and_said(folder: Path, poro: Poro) -> Non
     assert ended.code == ExitCode.NOT_CONVERGED
     assert "The path has more than 2 points" in ended.err
     assert "not reached; largest load factor" in ended.out
-    found = read_simulation(folder / "tiny.simulation.h5").summary
+    found = read_simulation(folder / "tiny/details/tiny.simulation.h5").summary
     assert (found["reached"], found["at_target"], found["complete"]) == (False, None, False)
     assert poro("simulate", "tiny.yaml", "--output", ".").code == ExitCode.NOT_CONVERGED  # also when up to date
 
 
 def test_what_cannot_be_simulated_is_refused(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
-    design = optimised(Stored(folder / "tiny.h5", "optimize"))
+    design = optimised(Stored(folder / "tiny/tiny.h5", "optimize"))
     calm = ProblemSettings(load=LoadSettings(pressure_ratio=0.0))
     with pytest.raises(InvalidSettings, match=r"set load\.pressure_ratio above zero"):
         stages.simulate.run(design, calm, stages.simulate.Settings())
@@ -235,8 +235,8 @@ def test_designs_of_the_time_of_those_keys_are_read_and_their_simulations_are_no
             file["case_resolved"][()] = json.dumps(resolved)
     assert poro("optimize", "tiny.yaml", "--output", ".").err.splitlines()[-1] == "optimize: up to date (tiny.h5)"
     assert poro("status", "tiny.h5").code == ExitCode.OK
-    with edited(simulated / "tiny.simulation.h5") as file:
+    with edited(simulated / "tiny/details/tiny.simulation.h5") as file:
         file.attrs["stage_version"] = 2
     with pytest.raises(Fault, match="made by another version of 'simulate'; run `poro simulate` again"):
-        read_simulation(simulated / "tiny.simulation.h5")
-    assert read_design(simulated / "tiny.h5").simulation is None  # report and figures leave it out
+        read_simulation(simulated / "tiny/details/tiny.simulation.h5")
+    assert read_design(simulated / "tiny/tiny.h5").simulation is None  # report and figures leave it out

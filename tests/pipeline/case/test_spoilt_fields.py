@@ -71,8 +71,8 @@ SPOILT = {_not_finite: "not finite", _newer: "newer poro", _cut: "cut short", _f
 def test_checkpoint_that_cannot_be_used_is_not_written_over(spoilt: object, folder: Path, poro: Poro) -> None:
     """It may hold days of work, for a newer program or a patient user."""
     assert callable(spoilt)
-    checkpoint = folder / "tiny.checkpoint.h5"
-    shutil.copy(folder / "tiny.h5", checkpoint)
+    checkpoint = folder / "tiny/details/tiny.checkpoint.h5"
+    shutil.copy(folder / "tiny/tiny.h5", checkpoint)
     with edited(checkpoint) as file:
         file.attrs["stage"] = "checkpoint"
     spoilt(checkpoint)
@@ -91,8 +91,8 @@ def test_checkpoint_that_cannot_be_used_is_not_written_over(spoilt: object, fold
 
 def test_checkpoint_left_beside_its_finished_design_is_removed(folder: Path, poro: Poro) -> None:
     """As a kill between the two leaves them."""
-    checkpoint = folder / "tiny.checkpoint.h5"
-    shutil.copy(folder / "tiny.h5", checkpoint)
+    checkpoint = folder / "tiny/details/tiny.checkpoint.h5"
+    shutil.copy(folder / "tiny/tiny.h5", checkpoint)
     with edited(checkpoint) as file:
         file.attrs["stage"] = "checkpoint"
     assert poro("optimize", "tiny.yaml", "--output", ".").code == ExitCode.OK

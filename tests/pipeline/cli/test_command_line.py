@@ -58,11 +58,11 @@ def test_wrong_usage_gives_one_sentence_and_code_2(arguments: list[str], poro: P
 
 
 def test_progress_goes_to_standard_error_and_into_the_log(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     ended = poro("mirror", "tiny.yaml", "--output", ".")
     assert "mirror: missing" in ended.err
     assert "mirror: missing" not in ended.out
-    log = (folder / "tiny.log").read_text(encoding="utf-8")
+    log = (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")
     assert "mirror: missing" in log
     assert log.count("INFO poro ") == 2  # this call and the first
 
@@ -79,11 +79,11 @@ def test_summary_tells_what_a_user_wants_to_know(folder: Path, poro: Poro) -> No
 
 def test_design_without_a_solid_ends_with_code_5(folder: Path, poro: Poro) -> None:
     (folder / "tiny.yaml").write_text(TINY + "mirror: {threshold: 100.0}\n")
-    (folder / "tiny.stl").unlink()
+    (folder / "tiny/tiny.stl").unlink()
     ended = poro("export", "tiny.yaml", "--output", ".")
     assert ended.code == ExitCode.BAD_SOLID
     assert "lower the threshold" in ended.err.splitlines()[-1]
-    assert not (folder / "tiny.stl").exists()
+    assert not (folder / "tiny/tiny.stl").exists()
 
 
 def _limited(folder: Path, largest_file: int, *arguments: str) -> subprocess.CompletedProcess[str]:

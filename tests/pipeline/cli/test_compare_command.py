@@ -43,7 +43,7 @@ def simulated(folder: Path) -> Path:
         "loading": (np.arange(len(load)) < 26).astype(float),
     }
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in columns.items()}
-    design = artifact.read_header(folder / "tiny.h5")
+    design = artifact.read_header(folder / "tiny/tiny.h5")
     header = replace(
         design,
         stage="simulate",
@@ -51,7 +51,7 @@ def simulated(folder: Path) -> Path:
         identity="this simulation",
         upstream_identity=design.identity,
     )
-    artifact.write(folder / "tiny.simulation.h5", header, datasets | SUMMARY)
+    artifact.write(folder / "tiny/details/tiny.simulation.h5", header, datasets | SUMMARY)
     return folder
 
 
@@ -60,11 +60,11 @@ def inflated(folder: Path) -> Path:
     """The finished tiny case with the curve of its part beside it: straight, 5 % short of the simulation, downwards."""
     load = np.linspace(0.0, 1.5, 7)
     columns = {"pressure": PRESSURE_IN * load, "load_factor": load, "elongation": -0.95 * ELONGATION * load}
-    found = contents.summary(folder / "tiny.h5", "optimize")["spring_elongation"]
+    found = contents.summary(folder / "tiny/tiny.h5", "optimize")["spring_elongation"]
     summary = contents.summarised({"optimised": {"elongation": {"optimised": found}}})
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in columns.items()}
-    header = replace(artifact.read_header(folder / "tiny.stl.h5"), stage="inflate", identity="this inflation")
-    artifact.write(folder / "tiny.inflation.h5", header, datasets | summary)
+    header = replace(artifact.read_header(folder / "tiny/details/tiny.stl.h5"), stage="inflate", identity="this inflation")
+    artifact.write(folder / "tiny/details/tiny.inflation.h5", header, datasets | summary)
     return folder
 
 
@@ -96,7 +96,7 @@ def test_report_figure_and_table(simulated: Path, measured: Path, poro: Poro) ->
     assert "measured 22.00" in ended.out
     assert "predicted 23.00 mm: -1.00 mm (-4.3 %)" in ended.out
     assert "SYNTHETIC" in ended.out
-    report = json.loads((simulated / "tiny.compare.json").read_text(encoding="utf-8"))
+    report = json.loads((simulated / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     assert report["comments"] == ["SYNTHETIC"]
     assert report["prediction"]["curve"]
     assert report["target"]["pressure_kPa"] == pytest.approx(20.0)
@@ -104,13 +104,13 @@ def test_report_figure_and_table(simulated: Path, measured: Path, poro: Poro) ->
     assert report["hysteresis"]["area"] == pytest.approx(Truth(loop=1.0).area, rel=0.01)
     assert report["stiffness"]["factor"] > 0.0
     assert report["notes"] == []
-    with (simulated / "tiny.compare.csv").open(newline="") as file:
+    with (simulated / "tiny/details/tiny.compare.csv").open(newline="") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     assert len(rows) == 101
     for row in rows:
         assert row["loading_mm"] == pytest.approx(1.1 * row["pressure_kPa"], abs=0.02)
         assert row["deviation_mm"] == pytest.approx(row["loading_mm"] - row["predicted_mm"], abs=1e-4)
-    with Image.open(simulated / "tiny.compare.png") as image:
+    with Image.open(simulated / "tiny/details/tiny.compare.png") as image:
         pixels = np.asarray(image.convert("RGB")).astype(int)
     assert tuple(pixels[0, 0]) == (255, 255, 255)
     blue, orange, black = (
@@ -123,9 +123,9 @@ def test_json_is_the_report_and_svg_is_vectors(simulated: Path, measured: Path, 
     ended = poro("compare", "tiny.yaml", measured, *PART, "--output", simulated, "--json", "--format", "svg")
     assert ended.code == 0, ended.err
     report = json.loads(ended.out)
-    assert report == json.loads((simulated / "tiny.compare.json").read_text(encoding="utf-8"))
+    assert report == json.loads((simulated / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     assert all(Path(file).is_file() for file in report["files"])
-    drawn = (simulated / "tiny.compare.svg").read_text()
+    drawn = (simulated / "tiny/details/tiny.compare.svg").read_text()
     assert drawn.count("<path") > 10
     assert len(drawn) < 2_000_000
 
@@ -152,16 +152,16 @@ def test_without_a_simulation_the_single_point_is_compared(folder: Path, measure
     assert ended.code == 0, ended.err
     assert "the prediction is the single point of tiny.h5 and the origin, not a curve" in ended.out
     assert "`poro inflate tiny.h5` and `poro simulate tiny.h5` give one" in ended.out
-    report = json.loads((folder / "tiny.compare.json").read_text(encoding="utf-8"))
-    elongation = contents.summary(folder / "tiny.h5", "optimize")["spring_elongation"]
+    report = json.loads((folder / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
+    elongation = contents.summary(folder / "tiny/tiny.h5", "optimize")["spring_elongation"]
     assert report["target"]["predicted_mm"] == pytest.approx(1.5 * elongation)
     assert (report["overall"], report["stiffness"], report["linearity"]["predicted"]) == (None, None, None)
-    with (folder / "tiny.compare.csv").open(newline="") as file:
+    with (folder / "tiny/details/tiny.compare.csv").open(newline="") as file:
         assert {row["predicted_mm"] for row in csv.DictReader(file)} == {""}
 
 
 def test_simulation_of_an_older_design_is_told(simulated: Path, measured: Path, poro: Poro) -> None:
-    path = simulated / "tiny.simulation.h5"
+    path = simulated / "tiny/details/tiny.simulation.h5"
     curves = artifact.read_group(path, "simulate", "curves")
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
     artifact.write(path, replace(artifact.read_header(path), upstream_identity="another"), datasets | SUMMARY)
@@ -179,7 +179,7 @@ def test_part_as_printed_goes_before_the_density_field(
     assert "drawn beside: density field, 23.00 mm at 20 kPa\n" in ended.out
     assert "predicted 21.85 mm: +0.15 mm" in ended.out
     assert "note" not in ended.out
-    report = json.loads((inflated / "tiny.compare.json").read_text(encoding="utf-8"))
+    report = json.loads((inflated / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     assert report["prediction"]["source"] == "as-printed"
     (beside,) = report["beside"]
     assert beside == {"source": "density", "path": "tiny.simulation.h5", "predicted_mm": pytest.approx(23.0)}
@@ -187,13 +187,13 @@ def test_part_as_printed_goes_before_the_density_field(
     found = json.loads(poro("compare", "tiny.h5", measured, *PART, "--prediction", "density", "--json").out)
     assert (found["prediction"]["source"], found["beside"][0]["source"]) == ("density", "as-printed")
     assert found["target"]["predicted_mm"] == pytest.approx(23.0)
-    with (inflated / "tiny.compare.csv").open(newline="") as file:
+    with (inflated / "tiny/details/tiny.compare.csv").open(newline="") as file:
         last = list(csv.DictReader(file))[-1]
     assert float(last["predicted_mm"]) == pytest.approx(23.0 * 1.25**1.5, rel=0.01)
 
 
 def test_both_predictions_are_drawn_under_their_names(simulated: Path, inflated: Path, measured: Path) -> None:
-    job = open_job(inflated / "tiny.h5", changes={SCALE: 1.5, youngs(): 1.0})
+    job = open_job(inflated / "tiny/tiny.h5", changes={SCALE: 1.5, youngs(): 1.0})
     wanted: tuple[PredictionName, ...] = ("as-printed", "density")
     for prediction in wanted:
         axes = compared(job, read_measurement(measured), prediction, {}).drawn().axes[0]
@@ -203,7 +203,7 @@ def test_both_predictions_are_drawn_under_their_names(simulated: Path, inflated:
 
 
 def test_part_of_another_design_is_told(inflated: Path, measured: Path, poro: Poro) -> None:
-    path = inflated / "tiny.inflation.h5"
+    path = inflated / "tiny/details/tiny.inflation.h5"
     curves = artifact.read_group(path, "inflate", "curves")
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
     summary = contents.summarised({"optimised": {"elongation": {"optimised": 1.0}}})
@@ -244,13 +244,13 @@ def test_what_is_wrong_is_said_and_nothing_is_written(simulated: Path, measured:
         assert ended.out == ""
         assert ended.err.count("\n") == 1
     assert sorted(simulated.iterdir()) == before
-    (simulated / "tiny.simulation.h5").unlink()
+    (simulated / "tiny/details/tiny.simulation.h5").unlink()
     for prediction, stage, file in (("as-printed", "inflate", "inflation"), ("density", "simulate", "simulation")):
         ended = poro("compare", "tiny.h5", measured, *PART, "--prediction", prediction)
         assert ended.code == ExitCode.USAGE
         assert f"--prediction {prediction}: there is no tiny" in ended.err
         assert f"{file}.h5; make it with `poro {stage} tiny.h5`." in ended.err
-    (simulated / "tiny.simulation.h5").write_text("no artifact")
+    (simulated / "tiny/details/tiny.simulation.h5").write_text("no artifact")
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == ExitCode.ARTIFACT
     assert "tiny.simulation.h5: this is no HDF5 file" in ended.err

@@ -36,31 +36,31 @@ def test_json_summary_has_what_is_promised(folder: Path, poro: Poro) -> None:
 
 
 def test_artifact_holds_history_and_case(folder: Path) -> None:
-    header = artifact.read_header(folder / "tiny.h5")
+    header = artifact.read_header(folder / "tiny/tiny.h5")
     assert header.case_text == TINY
     assert header.case_resolved["objective"]["strain_limit"] == 0.14
-    history = artifact.read_group(folder / "tiny.h5", "optimize", "history")
+    history = artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")
     assert set(history) > TERMS
     np.testing.assert_array_equal(history["update"], [0, 1])
     assert history["C"][1] <= history["C"][0]
-    with h5py.File(folder / "tiny.h5") as file:
+    with h5py.File(folder / "tiny/tiny.h5") as file:
         assert file["nodes/displacement"].attrs["units"] == "mm"
 
 
 def test_zero_updates_evaluate_the_initial_design_only(folder: Path, poro: Poro) -> None:
     ended = poro("optimize", "tiny.yaml", "--output", "initial", "--updates", 0, "--json", "--threads", 1)
     summary = json.loads(ended.out)
-    history = artifact.read_group(folder / "tiny.h5", "optimize", "history")
+    history = artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")
     assert summary["updates"] == 0
     assert summary["evaluations"] == 1
     assert summary["C"] == pytest.approx(history["C"][0], rel=1e-9)
 
 
 def test_more_updates_continue_from_the_finished_design(folder: Path, poro: Poro) -> None:
-    first = artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]
+    first = artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")["C"]
     ended = poro("optimize", "tiny.yaml", "--output", ".", "--updates", 2, "--threads", 1)
     assert ended.code == ExitCode.OK
-    longer = artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]
+    longer = artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")["C"]
     assert len(longer) == 3
     np.testing.assert_array_equal(longer[:2], first)
     assert "after design update 1" in ended.err
@@ -77,14 +77,14 @@ def test_stricter_end_continues_from_the_finished_design(folder: Path, poro: Por
 
 
 def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> None:
-    before = (folder / "tiny.h5").read_bytes()
+    before = (folder / "tiny/tiny.h5").read_bytes()
     fewer = ("optimize", "tiny.yaml", "--output", ".", "--updates", 0, "--threads", 1)
     ended = poro(*fewer)
     assert ended.code == ExitCode.USAGE
     assert "tiny.h5: holds 1 design updates of this case, more than the 0 asked for" in ended.err
-    assert (folder / "tiny.h5").read_bytes() == before
+    assert (folder / "tiny/tiny.h5").read_bytes() == before
     assert poro(*fewer, "--fresh").code == ExitCode.OK
-    assert len(artifact.read_group(folder / "tiny.h5", "optimize", "history")["C"]) == 1
+    assert len(artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")["C"]) == 1
 
 
 @pytest.mark.parametrize("limit", [0.11, 0.02])
@@ -157,9 +157,9 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     # Every run is a process of its own, as a user's are: what else this process has loaded must not matter.
     (tmp_path / "tiny.yaml").write_text(TINY)
     process = _started(tmp_path, updates=500)
-    stopped = tmp_path / "tiny.checkpoint.h5"
+    stopped = tmp_path / "tiny/details/tiny.checkpoint.h5"
     deadline = time.monotonic() + 120.0
-    second = tmp_path / "tiny.updates" / "000002.h5"  # written after the checkpoint of the first update
+    second = tmp_path / "tiny/details/tiny.updates" / "000002.h5"  # written after the checkpoint of the first update
     while not second.exists() and time.monotonic() < deadline and process.poll() is None:
         time.sleep(0.01)
     process.send_signal(number)
@@ -171,7 +171,7 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     assert "run the same command to continue" in said.splitlines()[-1]
     stored = _stored(stopped)
     assert 1 <= stored < 500
-    assert not (tmp_path / "tiny.h5").exists()
+    assert not (tmp_path / "tiny/tiny.h5").exists()
 
     # So many more as show that it goes on, and as many in one go.
     updates = stored + 2

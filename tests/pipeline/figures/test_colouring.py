@@ -30,7 +30,7 @@ def glb_extent(path: Path) -> tuple[np.ndarray, np.ndarray]:
 def test_glb_is_upright_and_in_metres(folder: Path, poro: Poro) -> None:
     assert poro("convert", "tiny.h5", "talk.glb", "--colour", "pressure").code == 0
     low, high = glb_extent(folder / "talk.glb")
-    points, _ = contents.surface(folder / "tiny.solid.h5")
+    points, _ = contents.surface(folder / "tiny/details/tiny.solid.h5")
     expected = 1e-3 * points[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
     np.testing.assert_allclose(low, expected.min(axis=0), atol=1e-8)
     np.testing.assert_allclose(high, expected.max(axis=0), atol=1e-8)
@@ -41,11 +41,11 @@ def test_colours_are_those_of_the_field(folder: Path, poro: Poro) -> None:
 
     assert poro("convert", "tiny.h5", "talk.ply", "--colour", "pressure").code == 0
     found = meshio.read(folder / "talk.ply")
-    points, _ = contents.surface(folder / "tiny.solid.h5")
+    points, _ = contents.surface(folder / "tiny/details/tiny.solid.h5")
     np.testing.assert_allclose(found.points, points, atol=1e-5)
     red = np.asarray(found.point_data["red"])
     # On the symmetry plane's side and on its image alike, and where the surface meets a vertex, its value.
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     shared = 0
     for p, value in zip(design.domain.points, design.relative_pressure, strict=True):
         for x in {tuple(p), (p[0], -p[1], p[2])}:
@@ -62,7 +62,7 @@ def test_deformed_shape_follows_the_displacement(folder: Path, poro: Poro) -> No
     assert poro("convert", "tiny.h5", "bent.ply", "--colour", "density", "--deformed").code == 0
     rest, bent = (meshio.read(folder / name).points for name in ("rest.ply", "bent.ply"))
     moved = np.linalg.norm(bent - rest, axis=1)
-    largest = np.linalg.norm(read_design(folder / "tiny.h5").displacement, axis=1).max()
+    largest = np.linalg.norm(read_design(folder / "tiny/tiny.h5").displacement, axis=1).max()
     fixed = np.abs(rest[:, 0]) < 1e-6
     assert fixed.any()
     assert moved[fixed].max() < 1e-6

@@ -37,19 +37,19 @@ def without_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
-    ended = poro("plot", folder / "tiny.h5")
+    ended = poro("plot", folder / "tiny/tiny.h5")
     assert ended.code == 0, ended.err
-    files = [folder / f"tiny-{name}.png" for name in ("initial", "views", "arm", "section", "history")]
-    assert ended.out.split() == [str(file) for file in (*files[:-1], folder / "tiny-history.csv", files[-1])]
+    files = [folder / f"tiny/details/tiny.{name}.png" for name in ("initial", "views", "arm", "section", "history")]
+    assert ended.out.split() == [str(file) for file in (*files[:-1], folder / "tiny/details/tiny.history.csv", files[-1])]
     assert [0.01 < drawn(file) < 0.9 for file in files] == [True] * 5
 
 
 def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
-    assert poro("plot", folder / "tiny.h5").code == 0
-    heading, *rows = (folder / "tiny-history.csv").read_text().splitlines()
+    assert poro("plot", folder / "tiny/tiny.h5").code == 0
+    heading, *rows = (folder / "tiny/details/tiny.history.csv").read_text().splitlines()
     assert heading.startswith("update [1],evaluations [1],C [1],C0 [1],")
     assert heading.endswith("seconds_inner [s],seconds [s]")
-    history = read_design(folder / "tiny.h5").history
+    history = read_design(folder / "tiny/tiny.h5").history
     names = [cell.split()[0] for cell in heading.split(",")]
     assert sorted(names) == sorted(history)
     for values, name in zip(zip(*(row.split(",") for row in rows), strict=True), names, strict=True):
@@ -61,19 +61,19 @@ def test_case_finds_its_artifact_and_svg_is_vectors(poro: Poro, folder: Path, mo
     ended = poro("plot", folder / "tiny.yaml", "--output", folder, "--format", "svg")
     assert ended.code == 0, ended.err
     for kind in ("initial", "history", "section", "arm"):
-        vectors = folder / f"tiny-{kind}.svg"
+        vectors = folder / f"tiny/details/tiny.{kind}.svg"
         assert vectors.read_text().count("<path") > 10
         assert vectors.stat().st_size < 400_000  # shaded solids and fields are pixels
 
 
 def test_same_design_gives_the_same_bytes(folder: Path) -> None:
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     one, other = (designs.drawn(design, "history", "svg") for _ in range(2))
     assert one == other
 
 
 def test_section_shows_the_solid_where_it_is_and_where_it_moves(folder: Path) -> None:
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     figure = section(design)
     before, after = figure.axes[:2]
     radius, length = design.domain.radius, design.domain.length
@@ -85,7 +85,7 @@ def test_section_shows_the_solid_where_it_is_and_where_it_moves(folder: Path) ->
 
 
 def test_arm_ends_where_the_state_says(folder: Path) -> None:
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     (axes,) = arm(design).axes
     (joint,) = [line for line in axes.lines if line.get_marker() == "o"]
     t1, _, theta = design.arm
@@ -97,7 +97,7 @@ def test_arm_ends_where_the_state_says(folder: Path) -> None:
 
 def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
     """A displacement that is linear in X is linear on the shape, but for the sagitta of the coarse wall."""
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     rate = np.array([[0.1, 0.0, 0.2], [0.0, -0.1, 0.0], [0.3, 0.0, 0.1]])
     moved = replace(design, displacement=design.domain.points @ rate.T)
     vertices = design.shape.vertices
@@ -108,7 +108,7 @@ def test_shape_moves_smoothly_up_to_the_wall(folder: Path) -> None:
 
 
 def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) -> None:
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     across = initial(design).axes[1]
     (outline,) = [each for each in across.collections if isinstance(each, ContourSet) and not each.filled]
     points = np.concatenate([path.vertices for path in outline.get_paths()])
@@ -119,51 +119,51 @@ def test_initial_outline_is_where_the_initial_density_is_one_half(folder: Path) 
 
 
 def test_simulation_is_drawn_where_there_is_one(poro: Poro, folder: Path, simulation: Path) -> None:
-    ended = poro("plot", folder / "tiny.h5", "--format", "svg", "--only", "pressure")
+    ended = poro("plot", folder / "tiny/tiny.h5", "--format", "svg", "--only", "pressure")
     assert ended.code == 0, ended.err
-    assert ended.out.split() == [str(folder / "tiny-pressure.svg")]
-    assert "<path" in (folder / "tiny-pressure.svg").read_text()
+    assert ended.out.split() == [str(folder / "tiny/details/tiny.pressure.svg")]
+    assert "<path" in (folder / "tiny/details/tiny.pressure.svg").read_text()
 
 
 def test_design_without_solid_has_a_sentence(poro: Poro, folder: Path) -> None:
-    with edited(folder / "tiny.h5") as file:
+    with edited(folder / "tiny/tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
-    (folder / "tiny.solid.h5").unlink()
-    ended = poro("plot", folder / "tiny.h5", "--only", "initial", "--only", "arm")
+    (folder / "tiny/details/tiny.solid.h5").unlink()
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "initial", "--only", "arm")
     assert ended.code == 0, ended.err
-    assert "tiny-arm.png: not drawn: Nothing is solid" in ended.out
-    assert (folder / "tiny-initial.png").exists()
+    assert "tiny.arm.png: not drawn: Nothing is solid" in ended.out
+    assert (folder / "tiny/details/tiny.initial.png").exists()
 
 
 def test_without_opengl_the_rest_is_drawn(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     without_opengl(monkeypatch)
-    ended = poro("plot", folder / "tiny.h5", "--only", "views", "--only", "section")
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "views", "--only", "section")
     assert ended.code == 0
-    assert "tiny-views.png: not drawn" in ended.out
-    assert not (folder / "tiny-views.png").exists()
-    assert (folder / "tiny-section.png").exists()
+    assert "tiny.views.png: not drawn" in ended.out
+    assert not (folder / "tiny/details/tiny.views.png").exists()
+    assert (folder / "tiny/details/tiny.section.png").exists()
 
 
 @pytest.mark.parametrize("given", ["tiny.yaml", "tiny.refined.h5"])
 def test_without_a_design_there_is_a_sentence(poro: Poro, folder: Path, given: str) -> None:
-    (folder / "tiny.h5").unlink()
+    (folder / "tiny/tiny.h5").unlink()
     ended = poro("plot", folder / given, "--output", folder)
     assert ended.code == 4
     assert "tiny.h5: there is no such file; run the stage that makes it." in ended.err
 
 
 def test_only_what_is_asked_for_is_drawn(poro: Poro, folder: Path) -> None:
-    ended = poro("plot", folder / "tiny.h5", "--only", "history")
-    assert ended.out.split() == [str(folder / f"tiny-history.{ending}") for ending in ("csv", "png")]
-    assert {path.name for path in folder.glob("tiny-*")} == {"tiny-history.csv", "tiny-history.png"}
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "history")
+    assert ended.out.split() == [str(folder / f"tiny/details/tiny.history.{ending}") for ending in ("csv", "png")]
+    assert {path.name for path in folder.glob("tiny-*")} == {"tiny.history.csv", "tiny.history.png"}
 
 
 def test_unknown_figures_and_missing_simulations_have_a_sentence(poro: Poro, folder: Path) -> None:
-    ended = poro("plot", folder / "tiny.h5", "--only", "histogram")
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "histogram")
     assert ended.code == 2
     assert "--only histogram: there is no such figure; choose one of initial, views, arm, section, history" in ended.err
-    ended = poro("plot", folder / "tiny.h5", "--only", "pressure")
-    assert "tiny-pressure.png: not drawn: There is no simulation beside the design" in ended.out
+    ended = poro("plot", folder / "tiny/tiny.h5", "--only", "pressure")
+    assert "tiny.pressure.png: not drawn: There is no simulation beside the design" in ended.out
 
 
 def test_shape_is_read_where_it_is_of_this_design(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -176,7 +176,7 @@ def test_shape_is_read_where_it_is_of_this_design(folder: Path, monkeypatch: pyt
         return run(*arguments)
 
     monkeypatch.setattr(mirror, "run", counted)
-    design = read_design(folder / "tiny.h5")
+    design = read_design(folder / "tiny/tiny.h5")
     assert len(design.shape.vertices)
     assert not computed
 
@@ -185,14 +185,14 @@ def test_shape_is_read_where_it_is_of_this_design(folder: Path, monkeypatch: pyt
             file.attrs[attribute] = value
 
     spoil("tiny.refined.h5", "upstream_identity", "of another design")
-    fresh = read_design(folder / "tiny.h5").shape
+    fresh = read_design(folder / "tiny/tiny.h5").shape
     assert len(computed) == 1
     np.testing.assert_array_equal(fresh.vertices, design.shape.vertices)
     np.testing.assert_array_equal(fresh.triangles, design.shape.triangles)
     spoil("tiny.refined.h5", "upstream_identity", design.identity)
     spoil("tiny.solid.h5", "stage_version", mirror.VERSION + 1)
-    assert len(read_design(folder / "tiny.h5").shape.vertices)
+    assert len(read_design(folder / "tiny/tiny.h5").shape.vertices)
     assert len(computed) == 2
-    (folder / "tiny.solid.h5").write_text("text")
-    assert len(read_design(folder / "tiny.h5").shape.vertices)
+    (folder / "tiny/details/tiny.solid.h5").write_text("text")
+    assert len(read_design(folder / "tiny/tiny.h5").shape.vertices)
     assert len(computed) == 3

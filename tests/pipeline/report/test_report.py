@@ -38,7 +38,7 @@ def written(poro: Poro, folder: Path, quickly: None) -> Callable[..., HtmlElemen
     def write(*options: str, source: str = "tiny.h5") -> HtmlElement:
         ended = poro("report", folder / source, *(options or ["--no-check"]))
         assert ended.code == 0, ended.err
-        return read(folder / "tiny.report.html")
+        return read(folder / "tiny/tiny.report.html")
 
     return write
 
@@ -159,8 +159,8 @@ def test_text_of_a_case_and_a_recorded_test_cannot_act(
 ) -> None:
     recorded = EXAMPLE.read_text(encoding="utf-8")
     (folder / "measured.csv").write_text("# </dl><script>alert(1)</script>\n" + recorded, encoding="utf-8")
-    assert poro("compare", folder / "tiny.h5", folder / "measured.csv", "--youngs", 1.0).code == 0
-    with edited(folder / "tiny.h5") as file:
+    assert poro("compare", folder / "tiny/tiny.h5", folder / "measured.csv", "--youngs", 1.0).code == 0
+    with edited(folder / "tiny/tiny.h5") as file:
         del file["case_text"]
         file["case_text"] = HOSTILE
     page = written()
@@ -176,7 +176,7 @@ def test_run_alone_has_a_report_that_says_what_is_missing(poro: Poro, folder: Pa
         if path.name not in ("tiny.h5", "tiny.yaml"):
             path.unlink()
     assert poro("report", "tiny.h5").code == 0
-    page = read(folder / "tiny.report.html")
+    page = read(folder / "tiny/tiny.report.html")
     missing = text_of(page, "missing-table")
     for command in ("poro export tiny.h5", "poro simulate tiny.h5", "poro compare tiny.h5 MEASURED.csv"):
         assert command in missing
@@ -190,7 +190,7 @@ def test_stored_findings_are_taken_only_for_the_part_they_are_of(
     poro("check", "tiny.stl", "--direction", "x")
     page = written()
     assert "from tiny.stl.check.json; build direction x" in text_of(page, "findings")
-    stored = folder / "tiny.stl.check.json"
+    stored = folder / "tiny/details/tiny.stl.check.json"
     stored.write_text(re.sub(r'"sha256": "\w+"', '"sha256": "of another part"', stored.read_text()))
     page = written()
     assert page.xpath("//table[@id='findings']") == []
@@ -210,7 +210,7 @@ def test_simulation_and_comparison_are_reported(
     poro: Poro, written: Callable[..., HtmlElement], folder: Path, simulation: Path
 ) -> None:
     shutil.copy(EXAMPLE, folder / "measured.csv")
-    compared = poro("compare", folder / "tiny.h5", folder / "measured.csv", "--youngs", 1.0, "--json")
+    compared = poro("compare", folder / "tiny/tiny.h5", folder / "measured.csv", "--youngs", 1.0, "--json")
     found = json.loads(compared.out)
     page = written()
     simulated = section_of(page, "simulation")
@@ -261,19 +261,19 @@ def test_design_that_was_only_evaluated_is_reported(poro: Poro, tmp_path: Path, 
     assert poro("optimize", "tiny.yaml", "--updates", 0, "--threads", 1).code == 0
     ended = poro("report", "tiny.yaml", "--no-check")
     assert ended.code == 0, ended.err
-    assert "0 design updates and 1 evaluation were made" in text_of(read(tmp_path / "tiny.report.html"), "opening")
+    assert "0 design updates and 1 evaluation were made" in text_of(read(tmp_path / "tiny/tiny.report.html"), "opening")
 
 
 def test_comparison_of_another_version_is_refused(poro: Poro, folder: Path, quickly: None) -> None:
-    (folder / "tiny.compare.json").write_text(json.dumps({"rms": 0.25}))
-    ended = poro("report", folder / "tiny.h5", "--no-check")
+    (folder / "tiny/details/tiny.compare.json").write_text(json.dumps({"rms": 0.25}))
+    ended = poro("report", folder / "tiny/tiny.h5", "--no-check")
     assert ended.code == 4
     assert "tiny.compare.json: this is not what `poro compare` of this version writes; run it again." in ended.err
-    assert not (folder / "tiny.report.html").exists()
+    assert not (folder / "tiny/tiny.report.html").exists()
 
 
 def test_simulation_is_drawn_in_the_report(folder: Path, simulation: Path) -> None:
-    design = report.read_design(folder / "tiny.h5")
+    design = report.read_design(folder / "tiny/tiny.h5")
     format, data = designs.drawn(design, "pressure", "svg")
     assert (format, b"<path" in data) == ("svg", True)
 
@@ -283,14 +283,14 @@ def test_design_without_solid_is_reported(
 ) -> None:
     from pipeline.report.view3d import displayed
 
-    with edited(folder / "tiny.h5") as file:
+    with edited(folder / "tiny/tiny.h5") as file:
         file["vertices/chi"][...] = -1.0
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     monkeypatch.setattr(report, "displayed", displayed)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "3D view: Nothing is solid" in ended.out
-    page = read(folder / "tiny.report.html")
+    page = read(folder / "tiny/tiny.report.html")
     assert "Nothing is solid" in page.xpath("string(//div[@role='note'])")
     assert page.xpath("//script") == []
 
@@ -305,7 +305,7 @@ def test_without_opengl_the_report_says_so(poro: Poro, folder: Path, monkeypatch
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
     assert "Views: VTK cannot draw" in ended.out
-    assert "VTK cannot draw" in section_of(read(folder / "tiny.report.html"), "figures")
+    assert "VTK cannot draw" in section_of(read(folder / "tiny/tiny.report.html"), "figures")
 
 
 # ------------------------------------------------------------------------------------------------ what goes wrong
@@ -315,7 +315,7 @@ def test_report_is_whole_or_not_there(
     written: Callable[..., HtmlElement], folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written()
-    before = (folder / "tiny.report.html").read_bytes()
+    before = (folder / "tiny/tiny.report.html").read_bytes()
 
     def full(path: Path) -> None:
         raise OSError(28, "No space left on device", str(path))
@@ -324,7 +324,7 @@ def test_report_is_whole_or_not_there(
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 1
     assert "No space left" in ended.err
-    assert (folder / "tiny.report.html").read_bytes() == before
+    assert (folder / "tiny/tiny.report.html").read_bytes() == before
     assert list(folder.glob(".*.tmp")) == []
 
 
@@ -348,10 +348,10 @@ def test_bad_files_have_a_sentence(
     ended = poro("report", "tiny.yaml", "--output", ".", "--no-check")
     assert ended.code == 4
     assert f"{file}: {words}" in ended.err
-    assert not (folder / "tiny.report.html").exists()
+    assert not (folder / "tiny/tiny.report.html").exists()
 
 
 def test_report_goes_where_it_is_wanted(poro: Poro, folder: Path, quickly: None) -> None:
     assert poro("report", "tiny.h5", "--no-check", "--output", "elsewhere").out == "elsewhere/tiny.report.html\n"
     # What belongs to the artifact lies beside it, not where the report goes.
-    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny.report.html"), "stage-table")
+    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny/tiny.report.html"), "stage-table")

@@ -113,7 +113,7 @@ def test_plan_that_another_process_overtakes_is_refused(
     make = os.mkdir
 
     def overtaken(path: Path, mode: int = 0o777) -> None:
-        with edited(folder / "tiny.h5") as file:
+        with edited(folder / "tiny/tiny.h5") as file:
             file.attrs["identity"] = "another"
         make(path, mode)
 

@@ -87,7 +87,7 @@ def test_disk_that_fills_during_an_optimisation_keeps_the_last_checkpoint(tmp_pa
     assert "could not be written" in ended.err.splitlines()[-1]
     left = {path.name for path in small_disk.iterdir()} - {".tiny.lock"}
     assert left == {"full", "tiny.log", "tiny.checkpoint.h5", "tiny.updates"}
-    stored = int(artifact.read(small_disk / "tiny.checkpoint.h5", "checkpoint", "progress/updates")[0])
+    stored = int(artifact.read(small_disk / "tiny/details/tiny.checkpoint.h5", "checkpoint", "progress/updates")[0])
     (small_disk / "full").unlink()
     again = called(tmp_path, *command, output=str(small_disk))
     assert again.code == ExitCode.OK

@@ -167,7 +167,7 @@ def test_run_ends_with_the_verdict_or_with_the_part(folder: Path, poro: Poro, mo
     )
     said = poro("run", "tiny.yaml", "--output", ".", "--no-inflate")
     assert said.code == ExitCode.OK
-    assert "of the optimised density field" in (folder / "tiny.rig.md").read_text()
+    assert "of the optimised density field" in (folder / "tiny/tiny.rig.md").read_text()
     assert poro("run", "tiny.yaml", "--no-inflate", *TO_PART).code == ExitCode.USAGE
     ended = poro("run", "tiny.yaml", "--output", ".", "--threads", 1)
     assert ended.code == ExitCode.OK, ended.err
@@ -175,7 +175,7 @@ def test_run_ends_with_the_verdict_or_with_the_part(folder: Path, poro: Poro, mo
     assert "less than the optimiser found" in ended.out
     for name in ("tiny.stl", "tiny.png", "tiny.inflation.h5", "tiny.inflation.csv", "tiny.inflated.png", "tiny.rig.md"):
         assert name in ended.out
-    assert "mm, as printed" in (folder / "tiny.rig.md").read_text()
+    assert "mm, as printed" in (folder / "tiny/tiny.rig.md").read_text()
     assert {line.split()[1] for line in poro("status", "tiny.yaml", "--output", ".").out.splitlines()} == {"up"}
     assert poro("run", "tiny.yaml", "--output", ".", "--dry-run").out.splitlines()[-1].split()[:2] == ["inflate", "up"]
     check_report(folder, poro)
@@ -188,8 +188,8 @@ def test_run_ends_with_the_verdict_or_with_the_part(folder: Path, poro: Poro, mo
 def check_report(folder: Path, poro: Poro) -> None:
     """The report of an inflated part: verdict first, a section, and the part bent and coloured by strain."""
     assert poro("report", "tiny.h5", "--no-check").code == ExitCode.OK
-    page = lxml.html.document_fromstring((folder / "tiny.report.html").read_bytes())
-    found = contents.summary(folder / "tiny.inflation.h5", "inflate")
+    page = lxml.html.document_fromstring((folder / "tiny/tiny.report.html").read_bytes())
+    found = contents.summary(folder / "tiny/details/tiny.inflation.h5", "inflate")
     travel = f"travel {abs(found['at_target']['elongation']):.3f} mm"
     assert page.get_element_by_id("verdict").text_content().startswith(f"As printed: holds air; {travel}")
     (section,) = page.xpath("//section[@aria-labelledby='printed']")
@@ -198,7 +198,7 @@ def check_report(folder: Path, poro: Poro) -> None:
     assert len(section.xpath(".//figure//img[starts-with(@src, 'data:image/svg+xml')]")) == 1
     model = json.loads(page.xpath("//script[@id='model']/text()")[0])
     values = np.frombuffer(base64.b64decode(model["values"]), dtype="u1") / 255.0
-    state = read_states(folder / "tiny.inflation.h5")
+    state = read_states(folder / "tiny/details/tiny.inflation.h5")
     assert state
     assert values.max() == pytest.approx(state.strain[state.boundary[:, :3]].max() / (2.0 * state.limit), abs=0.01)
     low, high = np.array(model["low"]), np.array(model["high"])
@@ -213,10 +213,10 @@ def check_report(folder: Path, poro: Poro) -> None:
 
 def check_door(folder: Path) -> None:
     """From Python the numbers are the same."""
-    case, design = door.read_case(folder / "tiny.yaml"), door.load(folder / "tiny.h5")
+    case, design = door.read_case(folder / "tiny.yaml"), door.load(folder / "tiny/tiny.h5")
     assert isinstance(design, door.OptimisedDesign)
-    result = door.inflate(case, folder / "tiny.stl", design, threads=1)
-    found = door.load(folder / "tiny.inflation.h5")
+    result = door.inflate(case, folder / "tiny/tiny.stl", design, threads=1)
+    found = door.load(folder / "tiny/details/tiny.inflation.h5")
     assert isinstance(found, Inflation)
     for name, values in result.curves.items():
         np.testing.assert_array_equal(values, found.curves[name])
@@ -236,9 +236,9 @@ def test_run_of_a_part_that_leaks_says_so_first_and_keeps_it(folder: Path, poro:
     assert ended.code == ExitCode.BAD_SOLID, ended.out
     assert ended.out.splitlines()[1].split() == ["holds", "air", "no"]
     assert "tiny.stl: The solid does not hold air" in ended.err
-    assert (folder / "tiny.stl").is_file()
-    assert (folder / "tiny.png").is_file()
-    assert not (folder / "tiny.inflation.h5").exists()
+    assert (folder / "tiny/tiny.stl").is_file()
+    assert (folder / "tiny/tiny.png").is_file()
+    assert not (folder / "tiny/details/tiny.inflation.h5").exists()
     exported = poro("export", "tiny.yaml", "--output", ".", "--json")
     assert exported.code == ExitCode.OK
     assert not json.loads(exported.out)["export"]["holds_air"]

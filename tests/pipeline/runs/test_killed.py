@@ -92,7 +92,7 @@ def check_killed(whole: Path, folder: Path, kills: int, seed: int) -> dict[str, 
         assert found.keys() == expected.keys()
         for key, value in expected.items():
             np.testing.assert_array_equal(found[key], value, err_msg=f"{name}: {key}")
-    assert (folder / "tiny.stl").read_bytes() == (whole / "tiny.stl").read_bytes()
+    assert (folder / "tiny/tiny.stl").read_bytes() == (whole / "tiny/tiny.stl").read_bytes()
     assert "up to date" in finish(folder)
     return hit
 
@@ -125,10 +125,10 @@ def test_run_killed_between_two_files_of_a_stage_is_completed(killed_after: str,
     for path in whole.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     if killed_after == "artifact":  # before its sidecar
-        (tmp_path / "tiny.vtkhdf").unlink()
+        (tmp_path / "tiny/tiny.vtkhdf").unlink()
     else:  # before the record beside it and the picture
-        (tmp_path / "tiny.stl.h5").unlink()
-        (tmp_path / "tiny.png").unlink()
+        (tmp_path / "tiny/details/tiny.stl.h5").unlink()
+        (tmp_path / "tiny/tiny.png").unlink()
     finish(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
-    assert (tmp_path / "tiny.vtkhdf").read_bytes() == (whole / "tiny.vtkhdf").read_bytes()
+    assert (tmp_path / "tiny/tiny.vtkhdf").read_bytes() == (whole / "tiny/tiny.vtkhdf").read_bytes()

@@ -92,7 +92,7 @@ def test_threads_solver_name_and_comments_are_no_reason(folder: Path, poro: Poro
 
 
 def test_other_stage_version_is_a_reason(folder: Path, poro: Poro) -> None:
-    with edited(folder / "tiny.refined.h5") as file:
+    with edited(folder / "tiny/details/tiny.refined.h5") as file:
         file.attrs["stage_version"] -= 1
     assert _plan(poro)["refine"] == [f"stage version {refine.VERSION - 1} → {refine.VERSION}"]
     assert _runs(poro) == ["refine", "mirror", "export"]
@@ -110,7 +110,7 @@ def test_bump_of_a_stages_version_runs_it_and_the_later_ones(
 
 
 def test_setting_that_an_older_version_did_not_have_is_a_reason(folder: Path, poro: Poro) -> None:
-    with edited(folder / "tiny.solid.h5") as file:
+    with edited(folder / "tiny/details/tiny.solid.h5") as file:
         resolved = json.loads(file["case_resolved"][()])
         del resolved["mirror"]["threshold"]
         del file["case_resolved"]
@@ -119,7 +119,7 @@ def test_setting_that_an_older_version_did_not_have_is_a_reason(folder: Path, po
 
 
 def test_key_that_does_not_belong_to_the_settings_is_a_reason(folder: Path, poro: Poro) -> None:
-    with edited(folder / "tiny.refined.h5") as file:
+    with edited(folder / "tiny/details/tiny.refined.h5") as file:
         file.attrs["content_key"] = "0" * 64
     assert _plan(poro)["refine"] == ["content key differs"]
 
@@ -131,7 +131,7 @@ def test_changed_scale_exports_again_and_optimises_nothing(folder: Path, poro: P
     assert ended.code == ExitCode.OK, ended.err
     after = _identities(folder)
     assert [name for name in before if before[name] != after[name]] == ["tiny.stl.h5"]
-    assert trimesh.load_mesh(folder / "tiny.stl").extents[0] == pytest.approx(1.25 * 15.0, rel=1e-3)
+    assert trimesh.load_mesh(folder / "tiny/tiny.stl").extents[0] == pytest.approx(1.25 * 15.0, rel=1e-3)
 
 
 def test_clock_and_file_times_are_no_reason(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,9 +143,9 @@ def test_clock_and_file_times_are_no_reason(folder: Path, poro: Poro, monkeypatc
     monkeypatch.setattr(time, "time", lambda: next(backwards) + 1e6)
     monkeypatch.setattr(artifact, "datetime", _Past)
     assert _runs(poro) == []
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     assert poro("run", "tiny.yaml", *TO_PART, "--output", ".").code == ExitCode.OK
-    assert artifact.read_header(folder / "tiny.solid.h5").date.startswith("1971")
+    assert artifact.read_header(folder / "tiny/details/tiny.solid.h5").date.startswith("1971")
     assert _runs(poro) == []
     monkeypatch.undo()
     monkeypatch.chdir(folder)
@@ -161,13 +161,13 @@ class _Past(datetime):
 
 
 def test_missing_artifact_is_a_reason(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     assert _plan(poro)["mirror"] == ["missing"]
     assert _runs(poro) == ["mirror", "export"]
 
 
 def test_missing_or_changed_part_is_a_reason(folder: Path, poro: Poro) -> None:
-    part = folder / "tiny.stl"
+    part = folder / "tiny/tiny.stl"
     content = part.read_bytes()
     part.write_bytes(content[:-50] + bytes(50))
     assert _plan(poro)["export"] == ["tiny.stl was changed after it was written"]
@@ -189,7 +189,7 @@ def test_force_runs_what_is_asked_for(folder: Path, poro: Poro) -> None:
 
 
 def test_from_demands_earlier_stages_that_are_up_to_date(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.refined.h5").unlink()
+    (folder / "tiny/details/tiny.refined.h5").unlink()
     ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".", "--from", "mirror")
     assert ended.code == ExitCode.ARTIFACT
     assert "'refine' is not up to date (missing)" in ended.err
@@ -205,7 +205,7 @@ def test_status_gives_stages_and_reasons(folder: Path, poro: Poro) -> None:
 
 
 def test_explanation_comes_before_the_run_and_off_the_json(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.stl").unlink()
+    (folder / "tiny/tiny.stl").unlink()
     ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".", "--explain", "--json")
     assert json.loads(ended.out)["export"]["watertight"]
     assert "export    run         missing: tiny.stl" in ended.err
@@ -214,19 +214,19 @@ def test_explanation_comes_before_the_run_and_off_the_json(folder: Path, poro: P
 def test_artifact_is_self_contained(folder: Path, poro: Poro) -> None:
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
-    (folder / "tiny.h5").rename(elsewhere / "tiny.h5")
-    summary = _summary(poro, "export", elsewhere / "tiny.h5")
-    assert summary["files"][-2:] == [str(elsewhere / "tiny.stl"), str(elsewhere / "tiny.png")]
-    assert (elsewhere / "tiny.stl").read_bytes() == (folder / "tiny.stl").read_bytes()
-    assert poro("optimize", elsewhere / "tiny.h5").code == ExitCode.USAGE
+    (folder / "tiny/tiny.h5").rename(elsewhere / "tiny/tiny.h5")
+    summary = _summary(poro, "export", elsewhere / "tiny/tiny.h5")
+    assert summary["files"][-2:] == [str(elsewhere / "tiny/tiny.stl"), str(elsewhere / "tiny/tiny.png")]
+    assert (elsewhere / "tiny/tiny.stl").read_bytes() == (folder / "tiny/tiny.stl").read_bytes()
+    assert poro("optimize", elsewhere / "tiny/tiny.h5").code == ExitCode.USAGE
 
 
 def test_scale_of_the_command_line_makes_a_second_part(folder: Path, poro: Poro) -> None:
-    before = (folder / "tiny.stl").read_bytes()
+    before = (folder / "tiny/tiny.stl").read_bytes()
     summary = _summary(poro, "export", "tiny.h5", "--scale", 1.5)
     assert set(_identities(folder)) >= {"tiny.stl.h5", "tiny.scale-1.5.stl.h5"}
-    assert (folder / "tiny.stl").read_bytes() == before
-    part = trimesh.load_mesh(folder / "tiny.scale-1.5.stl")
+    assert (folder / "tiny/tiny.stl").read_bytes() == before
+    part = trimesh.load_mesh(folder / "tiny/tiny.scale-1.5.stl")
     assert part.is_watertight
     assert part.extents[0] == pytest.approx(22.5, rel=1e-3)
     assert summary["export"]["volume"] == pytest.approx(part.volume)
@@ -242,18 +242,18 @@ def test_scale_of_the_command_line_is_not_recorded_as_the_cases(folder: Path, po
 
 def test_3mf_holds_the_same_part(folder: Path, poro: Poro) -> None:
     summary = _summary(poro, "export", "tiny.h5", "--format", "3mf")
-    stl, mf = trimesh.load_mesh(folder / "tiny.stl"), trimesh.load_mesh(folder / "tiny.3mf")
+    stl, mf = trimesh.load_mesh(folder / "tiny/tiny.stl"), trimesh.load_mesh(folder / "tiny/tiny.3mf")
     assert summary["export"]["file"] == "tiny.3mf"
     np.testing.assert_allclose(mf.extents, stl.extents, rtol=1e-5)
     assert mf.volume == pytest.approx(stl.volume, rel=1e-4)
 
 
 def test_unreadable_artifact_in_the_way_is_not_overwritten(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.refined.h5").write_text("my notes")
+    (folder / "tiny/details/tiny.refined.h5").write_text("my notes")
     ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.ARTIFACT
-    assert (folder / "tiny.refined.h5").read_text() == "my notes"
-    (folder / "tiny.refined.h5").write_bytes((folder / "tiny.solid.h5").read_bytes())
+    assert (folder / "tiny/details/tiny.refined.h5").read_text() == "my notes"
+    (folder / "tiny/details/tiny.refined.h5").write_bytes((folder / "tiny/details/tiny.solid.h5").read_bytes())
     assert "result of 'mirror', not of 'refine'" in poro("run", "tiny.yaml", *TO_PART, "--output", ".").err
 
 
@@ -262,5 +262,5 @@ def test_results_go_to_outputs_if_there_is_such_a_folder(folder: Path, poro: Por
     assert "tiny.h5" in ended.out
     assert "outputs" not in ended.out
     (folder / "outputs").mkdir()
-    assert str(Path("outputs") / "tiny.h5") in poro("run", "tiny.yaml", "--dry-run").out
+    assert str(Path("outputs") / "tiny/tiny.h5") in poro("run", "tiny.yaml", "--dry-run").out
     assert list((folder / "outputs").iterdir()) == []

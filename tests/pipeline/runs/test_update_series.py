@@ -52,10 +52,10 @@ def _optimize(poro: Poro, updates: int, output: str = ".", more: str = "", code:
 
 
 def test_every_update_is_a_time_step_of_the_shown_mesh(folder: Path) -> None:
-    found = steps(folder / "tiny.vtkhdf")
+    found = steps(folder / "tiny/tiny.vtkhdf")
     assert list(found) == [0.0, 1.0]
-    domain, chi = contents.design(folder / "tiny.h5", "optimize")
-    pressure, moved = artifact.read(folder / "tiny.h5", "optimize", "vertices/pressure", "nodes/displacement")
+    domain, chi = contents.design(folder / "tiny/tiny.h5", "optimize")
+    pressure, moved = artifact.read(folder / "tiny/tiny.h5", "optimize", "vertices/pressure", "nodes/displacement")
     for fields in found.values():
         assert {name: values.size // len(domain.points) for name, values in fields.items()} == FIELDS | {"points": 3}
         np.testing.assert_array_equal(fields["points"], domain.points)
@@ -65,25 +65,25 @@ def test_every_update_is_a_time_step_of_the_shown_mesh(folder: Path) -> None:
     np.testing.assert_array_equal(last["pressure"], pressure.astype(np.float32))
     np.testing.assert_array_equal(last["displacement"], moved[: len(chi)].astype(np.float32))
     assert not np.array_equal(found[0.0]["chi"], last["chi"])
-    assert not (folder / "tiny.updates").exists()
+    assert not (folder / "tiny/details/tiny.updates").exists()
 
 
 def test_documented_lines_read_the_last_step(folder: Path) -> None:
     document = (Path(__file__).parents[3] / "docs" / "reference" / "artifacts.md").read_text(encoding="utf-8")
     (lines,) = re.findall(r"^```python\n(.*?)^```", document, flags=re.MULTILINE | re.DOTALL)
     names: dict[str, Any] = {}
-    exec(lines.replace("outputs/quick.vtkhdf", str(folder / "tiny.vtkhdf")), names)
-    np.testing.assert_array_equal(names["last"]["chi"], steps(folder / "tiny.vtkhdf")[1.0]["chi"])
+    exec(lines.replace("outputs/quick.vtkhdf", str(folder / "tiny/tiny.vtkhdf")), names)
+    np.testing.assert_array_equal(names["last"]["chi"], steps(folder / "tiny/tiny.vtkhdf")[1.0]["chi"])
 
 
 def test_steps_have_right_handed_cells_units_and_the_final_state_on_all_nodes(folder: Path) -> None:
-    grid = pyvista.read(folder / "tiny.vtkhdf")
+    grid = pyvista.read(folder / "tiny/tiny.vtkhdf")
     assert set(grid.celltypes) == {pyvista.CellType.HEXAHEDRON}
     assert grid.compute_cell_sizes()["Volume"].min() > 0.0
-    with h5py.File(folder / "tiny.h5") as file:
+    with h5py.File(folder / "tiny/tiny.h5") as file:
         units = {name: file[f"updates/{name}"].attrs["units"] for name in FIELDS}
     assert units == {"chi": "1", "density": "1", "pressure": "N/mm^2", "displacement": "mm"}
-    full = artifact.read_grid(folder / "tiny.h5")
+    full = artifact.read_grid(folder / "tiny/tiny.h5")
     assert full.cells.shape[1] == 20
     assert len(full.points) > grid.n_points
 
@@ -133,12 +133,12 @@ def test_without_kept_updates_the_final_state_is_shown(poro: Poro, finished: Pat
 
 def test_updates_of_another_path_are_not_mixed_in(poro: Poro, folder: Path) -> None:
     text = TINY.replace("max_updates: 1", "max_updates: 1\nload: {pressure_ratio: 0.01}")
-    stale = folder / "tiny.updates" / "000000.h5"
+    stale = folder / "tiny/details/tiny.updates" / "000000.h5"
     stale.parent.mkdir()
     stale.write_text("no artifact")
     (folder / "tiny.yaml").write_text(text)
     assert poro("optimize", "tiny.yaml", "--output", ".", "--threads", 1).code == ExitCode.OK
-    kept = updates.read(folder / "tiny.h5")
+    kept = updates.read(folder / "tiny/tiny.h5")
     assert [float(fields["pressure"].max()) for fields in kept.values()] == pytest.approx(2 * [0.01 * 2.736], rel=0.1)
 
 

@@ -126,7 +126,7 @@ def test_interrupted_sweep_ends_its_cases_and_continues(
         # As in test_optimize_command: a background job hands on that SIGINT is ignored.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    first = tmp_path / "study.sweep" / "tiny.pressure_ratio-0.01" / "tiny.pressure_ratio-0.01.checkpoint.h5"
+    first = tmp_path / "study.sweep" / "tiny/details/tiny.pressure_ratio-0.01" / "tiny/details/tiny.pressure_ratio-0.01.checkpoint.h5"
     limit = time.monotonic() + 300
     while not first.exists() and process.poll() is None and time.monotonic() < limit:
         time.sleep(0.05)
