@@ -74,7 +74,7 @@ def test_it_runs_again_only_for_what_it_depends_on(folder: Path, poro: Poro) -> 
     assert poro("weigh", "tiny.yaml", *HERE).code == ExitCode.OK
     assert plan(poro, "--until", "weigh")["weigh"] == []
     last = poro("status", "tiny.yaml", *HERE).out.splitlines()[-1]
-    assert last.split() == ["weigh", "up", "to", "date", "tiny.weigh.h5"]
+    assert last.split() == ["weigh", "up", "to", "date", "tiny/details/tiny.weigh.h5"]
     (folder / "tiny.yaml").write_text(TINY + "export: {scale: 2.0}\nsimulate: {max_load: 1.1}\n")
     assert plan(poro, "--until", "weigh")["weigh"] == []
     (folder / "tiny.yaml").write_text(TINY + "weigh: {density: 1.5}\n")

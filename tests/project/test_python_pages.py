@@ -24,8 +24,11 @@ def worked(tmp_path: Path, finished: Path) -> Path:
     for name in ("quick", "case14"):
         (tmp_path / f"{name}.yaml").write_text(TINY)
     (tmp_path / "outputs").mkdir()
-    for path in finished.glob("tiny.*"):
-        shutil.copy(path, tmp_path / "outputs" / path.name.replace("tiny", "case14"))
+    for path in (finished / "tiny").rglob("tiny.*"):
+        place = path.relative_to(finished)
+        target = tmp_path / "outputs" / str(place).replace("tiny", "case14")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, target)
     return tmp_path
 
 

@@ -24,7 +24,7 @@ def test_commands_run_as_they_stand(tmp_path: Path, poro: Poro) -> None:
     for name in ("case14", "quick"):
         (tmp_path / f"{name}.yaml").write_text(tiny)
     assert follow(README_PATH, poro, tmp_path) == 8
-    found = {path.name for path in (tmp_path / "outputs").iterdir()}
+    found = {path.name for path in (tmp_path / "outputs").rglob("*")}
     assert {"quick.stl", "quick.png", "quick.inflated.png", "case14.report.html", "case14.simulation.h5"} <= found
     assert "case14.stl.check.json" in found
     assert (tmp_path / "arm.yaml").exists()

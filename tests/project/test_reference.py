@@ -50,7 +50,7 @@ def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro) ->
     (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))
     (tmp_path / "study.yaml").write_text("case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
     assert follow(ARTIFACTS, poro, tmp_path) > 10
-    found = {path.name for path in (tmp_path / "outputs").iterdir()}
+    found = {path.name for path in (tmp_path / "outputs").rglob("*")}
     rows = table(ARTIFACTS, "file")
     promised = {name.replace("NAME", "case14") for row in rows for name in re.findall(r"`(NAME[^`]*)`", row)}
     # The optimisation has ended, so that nothing of one under way is left.

@@ -90,7 +90,7 @@ def test_sheet_says_the_scale_and_what_is_not_known(folder: Path, poro: Poro) ->
 
 def test_no_sheet_unless_asked_for(folder: Path, poro: Poro) -> None:
     assert poro("export", "tiny.h5").code == 0
-    assert not list(folder.glob("*.rig.md"))
+    assert not list(folder.rglob("*.rig.md"))
     ended = poro("export", "tiny.h5", "--youngs", "-1")
     assert ended.code == 2
     assert "--youngs: must be greater than 0, not -1.0" in ended.err

@@ -26,25 +26,25 @@ def spoil(path: Path, dataset: str, value: float) -> bytes:
 @pytest.mark.parametrize(
     ("name", "dataset", "command"),
     [
-        ("tiny.h5", "vertices/chi", ("refine", "--force")),
-        ("tiny.h5", "vertices/chi", ("plot",)),
-        ("tiny.h5", "nodes/displacement", ("plot",)),
-        ("tiny.refined.h5", "vertices/chi", ("mirror", "--force")),
-        ("tiny.solid.h5", "surface/points", ("export", "--force")),
-        ("tiny.h5", "checkpoint/x", ("optimize", "--updates", "2")),
-        ("tiny.h5", "checkpoint/chi", ("optimize", "--updates", "2")),
+        ("tiny/tiny.h5", "vertices/chi", ("refine", "--force")),
+        ("tiny/tiny.h5", "vertices/chi", ("plot",)),
+        ("tiny/tiny.h5", "nodes/displacement", ("plot",)),
+        ("tiny/details/tiny.refined.h5", "vertices/chi", ("mirror", "--force")),
+        ("tiny/details/tiny.solid.h5", "surface/points", ("export", "--force")),
+        ("tiny/tiny.h5", "checkpoint/x", ("optimize", "--updates", "2")),
+        ("tiny/tiny.h5", "checkpoint/chi", ("optimize", "--updates", "2")),
     ],
 )
 def test_field_that_is_not_finite_is_refused(
     name: str, dataset: str, command: tuple[str, ...], value: float, folder: Path, poro: Poro
 ) -> None:
-    before = {path: path.read_bytes() for path in folder.glob("tiny*.h5")}
+    before = {path: path.read_bytes() for path in folder.rglob("tiny*.h5")}
     before[folder / name] = spoil(folder / name, dataset, value)
     ended = poro(command[0], "tiny.yaml", "--output", ".", *command[1:])
     assert ended.code == ExitCode.ARTIFACT, ended.err
     last = ended.err.splitlines()[-1]
     assert last.startswith(f"poro: {name}: {dataset} is not finite in 1 of ")
-    assert {path: path.read_bytes() for path in folder.glob("tiny*.h5")} == before
+    assert {path: path.read_bytes() for path in folder.rglob("tiny*.h5")} == before
 
 
 def _not_finite(path: Path) -> None:
@@ -81,7 +81,7 @@ def test_checkpoint_that_cannot_be_used_is_not_written_over(spoilt: object, fold
     ended = poro(*command)
     assert ended.code == ExitCode.ARTIFACT
     last = ended.err.splitlines()[-1]
-    assert last.startswith("poro: tiny.checkpoint.h5: ")
+    assert last.startswith("poro: tiny/details/tiny.checkpoint.h5: ")
     assert SPOILT[spoilt] in last
     assert last.endswith("start over with --fresh.")
     assert checkpoint.read_bytes() == before

@@ -63,7 +63,8 @@ def inflated(folder: Path) -> Path:
     found = contents.summary(folder / "tiny/tiny.h5", "optimize")["spring_elongation"]
     summary = contents.summarised({"optimised": {"elongation": {"optimised": found}}})
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in columns.items()}
-    header = replace(artifact.read_header(folder / "tiny/details/tiny.stl.h5"), stage="inflate", identity="this inflation")
+    header = artifact.read_header(folder / "tiny/details/tiny.stl.h5")
+    header = replace(header, stage="inflate", identity="this inflation")
     artifact.write(folder / "tiny/details/tiny.inflation.h5", header, datasets | summary)
     return folder
 
@@ -151,7 +152,7 @@ def test_without_a_simulation_the_single_point_is_compared(folder: Path, measure
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == 0, ended.err
     assert "the prediction is the single point of tiny.h5 and the origin, not a curve" in ended.out
-    assert "`poro inflate tiny.h5` and `poro simulate tiny.h5` give one" in ended.out
+    assert "`poro inflate tiny/tiny.h5` and `poro simulate tiny/tiny.h5` give one" in ended.out
     report = json.loads((folder / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     elongation = contents.summary(folder / "tiny/tiny.h5", "optimize")["spring_elongation"]
     assert report["target"]["predicted_mm"] == pytest.approx(1.5 * elongation)
@@ -175,7 +176,7 @@ def test_part_as_printed_goes_before_the_density_field(
 ) -> None:
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == 0, ended.err
-    assert "prediction          as printed, tiny.inflation.h5, to 30 kPa\n" in ended.out
+    assert "prediction          as printed, tiny/details/tiny.inflation.h5, to 30 kPa\n" in ended.out
     assert "drawn beside: density field, 23.00 mm at 20 kPa\n" in ended.out
     assert "predicted 21.85 mm: +0.15 mm" in ended.out
     assert "note" not in ended.out
@@ -249,7 +250,7 @@ def test_what_is_wrong_is_said_and_nothing_is_written(simulated: Path, measured:
         ended = poro("compare", "tiny.h5", measured, *PART, "--prediction", prediction)
         assert ended.code == ExitCode.USAGE
         assert f"--prediction {prediction}: there is no tiny" in ended.err
-        assert f"{file}.h5; make it with `poro {stage} tiny.h5`." in ended.err
+        assert f"{file}.h5; make it with `poro {stage} tiny/tiny.h5`." in ended.err
     (simulated / "tiny/details/tiny.simulation.h5").write_text("no artifact")
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == ExitCode.ARTIFACT

@@ -73,7 +73,7 @@ def test_stricter_end_continues_from_the_finished_design(folder: Path, poro: Por
         ended = poro("optimize", "ends.yaml", "--output", "ends", "--threads", 1)
         assert ended.code == ExitCode.OK
         assert ("Continuing after design update 0" in ended.err) == (name == "strict")
-    assert len(artifact.read_group(folder / "ends" / "ends.h5", "optimize", "history")["C"]) == 2
+    assert len(artifact.read_group(folder / "ends/ends/ends.h5", "optimize", "history")["C"]) == 2
 
 
 def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> None:
@@ -95,7 +95,7 @@ def test_initial_design_beyond_the_strain_limit_gets_through(folder: Path, poro:
     (folder / "beyond.yaml").write_text(text)
     ended = poro("optimize", "beyond.yaml", "--output", "beyond", "--threads", 1)
     assert ended.code == ExitCode.OK, ended.err
-    history = artifact.read_group(folder / "beyond" / "beyond.h5", "optimize", "history")
+    history = artifact.read_group(folder / "beyond/beyond/beyond.h5", "optimize", "history")
     assert history["energy_ratio"][0] > 4.0
     assert history["C_psi"][0] > 0.9 * history["C"][0]
     assert (np.diff(history["C"]) < 0.0).all()
@@ -184,7 +184,7 @@ def test_interrupted_optimisation_continues_to_the_same_place(number: signal.Sig
     undisturbed.communicate(timeout=300)
     assert undisturbed.returncode == ExitCode.OK
     whole, continued = (
-        artifact.read(tmp_path / path, "optimize", "vertices/chi")[0] for path in ("whole/tiny.h5", "tiny.h5")
+        artifact.read(tmp_path / path, "optimize", "vertices/chi")[0] for path in ("whole/tiny/tiny.h5", "tiny/tiny.h5")
     )
     np.testing.assert_allclose(continued, whole, rtol=1e-12, atol=1e-12)
 

@@ -172,13 +172,13 @@ def test_text_of_a_case_and_a_recorded_test_cannot_act(
 
 
 def test_run_alone_has_a_report_that_says_what_is_missing(poro: Poro, folder: Path, quickly: None) -> None:
-    for path in folder.glob("tiny.*"):
+    for path in folder.rglob("tiny.*"):
         if path.name not in ("tiny.h5", "tiny.yaml"):
             path.unlink()
     assert poro("report", "tiny.h5").code == 0
     page = read(folder / "tiny/tiny.report.html")
     missing = text_of(page, "missing-table")
-    for command in ("poro export tiny.h5", "poro simulate tiny.h5", "poro compare tiny.h5 MEASURED.csv"):
+    for command in ("poro export tiny/tiny.h5", "poro simulate tiny/tiny.h5", "poro compare tiny/tiny.h5 MEASURED.csv"):
         assert command in missing
     assert text_of(page, "stage-table").count("missing") == 4
     assert page.xpath("//table[@id='export-checks'] | //table[@id='findings']") == []
@@ -331,11 +331,11 @@ def test_report_is_whole_or_not_there(
 @pytest.mark.parametrize(
     ("file", "spoil", "words"),
     [
-        ("tiny.h5", None, "there is no such file; run the stage that makes it"),
-        ("tiny.h5", b"text", "this is no HDF5 file"),
-        ("tiny.solid.h5", b"text", "this is no HDF5 file"),
-        ("tiny.compare.json", b"[1, 2", "cannot be read"),
-        ("tiny.compare.json", b"[1, 2]", "holds no report of poro"),
+        ("tiny/tiny.h5", None, "there is no such file; run the stage that makes it"),
+        ("tiny/tiny.h5", b"text", "this is no HDF5 file"),
+        ("tiny/details/tiny.solid.h5", b"text", "this is no HDF5 file"),
+        ("tiny/details/tiny.compare.json", b"[1, 2", "cannot be read"),
+        ("tiny/details/tiny.compare.json", b"[1, 2]", "holds no report of poro"),
     ],
 )
 def test_bad_files_have_a_sentence(
@@ -354,4 +354,4 @@ def test_bad_files_have_a_sentence(
 def test_report_goes_where_it_is_wanted(poro: Poro, folder: Path, quickly: None) -> None:
     assert poro("report", "tiny.h5", "--no-check", "--output", "elsewhere").out == "elsewhere/tiny.report.html\n"
     # What belongs to the artifact lies beside it, not where the report goes.
-    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny/tiny.report.html"), "stage-table")
+    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny.report.html"), "stage-table")

@@ -79,14 +79,14 @@ def test_same_case_elsewhere_and_another_case_here_are_free(folder: Path) -> Non
 @POSIX_SIGNALS
 def test_claim_of_a_killed_process_is_free_and_what_it_left_is_cleared_away(folder: Path, poro: Poro) -> None:
     own = [".tiny.h5.0123abcd.tmp", ".tiny.scale-1.5.stl.0123abcd.tmp", ".tiny.checkpoint.h5.ffffffff.tmp"]
-    others = [".tiny.b.h5.0123abcd.tmp", ".tiny-history.png.0123abcd.tmp", ".tiny.h5.tmp", "tiny.h5.0123abcd.tmp"]
+    others = [".tiny.b.h5.0123abcd.tmp", ".tiny.history.png.0123abcd.tmp", ".tiny.h5.tmp", "tiny.h5.0123abcd.tmp"]
     with held(folder) as process:
         for name in own + others:
-            (folder / name).touch()
+            (folder / "tiny" / ("details" if ".checkpoint." in name else "") / name).touch()
         process.send_signal(signal.SIGKILL)
         process.wait()
     assert poro("refine", "tiny.yaml", "--output", ".").code == ExitCode.OK
-    found = {path.name for path in folder.iterdir()}
+    found = {path.name for path in folder.rglob("*")}
     assert not found & set(own)
     assert found >= set(others)
 
@@ -103,7 +103,7 @@ def test_processes_at_the_same_moment_leave_a_whole_case(folder: Path, poro: Por
     status = poro("status", "tiny.yaml", "--output", ".")
     assert status.out.count("up to date") == 3
     assert "export    run         upstream changed" in status.out
-    assert not [path for path in folder.iterdir() if path.suffix == ".tmp"]
+    assert not [path for path in folder.rglob("*") if path.suffix == ".tmp"]
 
 
 def test_plan_that_another_process_overtakes_is_refused(

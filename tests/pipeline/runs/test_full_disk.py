@@ -21,7 +21,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits and moun
 def contents(folder: Path) -> dict[str, bytes]:
     """Every file but the log, to which a failing run may append, and the empty file that is locked."""
     left_out = (".log", ".lock")
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and path.suffix not in left_out}
+    found = (path for path in folder.rglob("*") if path.is_file() and path.suffix not in left_out)
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
 
 
 def called(folder: Path, *arguments: str, output: str = ".") -> Ended:
@@ -64,9 +65,7 @@ LARGER = ("export", "tiny.yaml", "--scale", "1.5")
 def test_full_disk_ends_in_a_sentence_and_spoils_nothing(
     left: int, arguments: tuple[str, ...], finished: Path, small_disk: Path
 ) -> None:
-    for path in finished.iterdir():
-        if path.is_file():
-            shutil.copy(path, small_disk)
+    shutil.copytree(finished, small_disk, dirs_exist_ok=True)
     fill(small_disk, left)
     before = contents(small_disk)
     ended = called(small_disk, *arguments)
@@ -85,8 +84,8 @@ def test_disk_that_fills_during_an_optimisation_keeps_the_last_checkpoint(tmp_pa
     ended = called(tmp_path, *command, output=str(small_disk))
     assert ended.code == ExitCode.UNEXPECTED, ended.err
     assert "could not be written" in ended.err.splitlines()[-1]
-    left = {path.name for path in small_disk.iterdir()} - {".tiny.lock"}
-    assert left == {"full", "tiny.log", "tiny.checkpoint.h5", "tiny.updates"}
+    left = {path.name for path in (small_disk / "tiny/details").iterdir()} - {".tiny.lock"}
+    assert left == {"tiny.log", "tiny.checkpoint.h5", "tiny.updates"}
     stored = int(artifact.read(small_disk / "tiny/details/tiny.checkpoint.h5", "checkpoint", "progress/updates")[0])
     (small_disk / "full").unlink()
     again = called(tmp_path, *command, output=str(small_disk))

@@ -67,17 +67,19 @@ def test_foreign_solid_is_inflated_with_a_case_and_nothing_is_left_beside_it(her
     assert "mm, as printed" in ended.out  # the rig sheet
     assert names(here) == before | {"results"}
     made = {f"tube (1).{end}" for end in ("inflation.h5", "inflation.vtkhdf", "inflation.csv", "inflation.png")}
-    assert names(here / "results") == made | {"tube (1).inflated.png", "tube (1).rig.md", "tube-1-.log"}
-    header = artifact.read_header(here / "results" / "tube (1).inflation.h5")
+    results = here / "results/tube-1-"
+    assert names(results) == {"tube (1).rig.md", "details"}
+    assert names(results / "details") == made | {"tube (1).inflated.png", "tube-1-.log"}
+    header = artifact.read_header(results / "details/tube (1).inflation.h5")
     assert header.case_text == Path("soft.yaml").read_text()
 
-    with (here / "results" / "tube (1).inflation.csv").open() as file:
+    with (results / "details/tube (1).inflation.csv").open() as file:
         rows = list(csv.DictReader(file))
     at = next(row for row in rows if float(row["load_factor [1]"]) == 1.0)
     assert float(at["rig_pressure [kPa]"]) == pytest.approx(0.02 * 1500.0)
     scale = 12.0 / 15.0
     assert float(at["rig_elongation [mm]"]) == pytest.approx(scale * float(at["elongation [mm]"]))
-    sheet = (here / "results" / "tube (1).rig.md").read_text()
+    sheet = (results / "tube (1).rig.md").read_text()
     travel = scale * abs(float(at["elongation [mm]"]))
     assert f"| predicted travel of the spring's end at p_in | {travel:.2f} mm, as printed |" in sheet
 
@@ -104,7 +106,7 @@ def test_interrupted_path_is_kept_and_computed_again(here: Path, poro: Poro, mon
         patched.setattr(Reporter, "observe", interrupted)
         ended = poro("inflate", "tube (1).stl", "--case", "soft.yaml")
     assert ended.code == ExitCode.INTERRUPTED
-    assert "Interrupted; the curve so far is in tube (1).inflation.h5" in ended.err
+    assert "Interrupted; the curve so far is in details/tube (1).inflation.h5" in ended.err
     assert poro("status", "tube (1).stl").code == ExitCode.OK
     ended = poro("inflate", "tube (1).stl", "--case", "soft.yaml")
     assert ended.code == ExitCode.OK
@@ -117,7 +119,7 @@ def test_leaking_solid_is_refused_with_the_place(here: Path, poro: Poro) -> None
     assert ended.code == ExitCode.BAD_SOLID
     assert "leak.stl: The solid does not hold air: with plates glued on both ends, no chamber is closed;" in ended.err
     assert "air gets out through 1." in ended.err
-    assert names(Path("results")) == {"leak.log"}
+    assert names(Path("results/leak/details")) == {"leak.log"}
     with pytest.raises(door.Failure, match="air gets out through"):
         door.inflate(door.read_case("soft.yaml"), "leak.stl")
 
@@ -144,18 +146,18 @@ def test_bad_input_gives_one_sentence(
     assert ended.code == code
     assert sentence in ended.err
     assert ended.err.count("poro: ") == 1
-    assert not list(Path("results").glob("*.h5"))
+    assert not list(Path("results").rglob("*.h5"))
 
 
 def test_exported_part_is_known_by_its_record_and_a_changed_one_keeps_the_case(folder: Path, poro: Poro) -> None:
     ended = poro("inflate", "tiny.stl", "--size", 20)
     assert ended.code == ExitCode.BAD_SOLID
-    assert "export: given (tiny.stl.h5)" in ended.err
+    assert "export: given (tiny/details/tiny.stl.h5)" in ended.err
     assert ended.out.splitlines()[1].split() == ["holds", "air", "yes"]  # as exported
-    solid = trimesh.load_mesh("tiny.stl")
+    solid = trimesh.load_mesh("tiny/tiny.stl")
     solid.vertices *= 2.0
-    solid.export("tiny.stl")
-    assert "export: given (tiny.stl)\n" in poro("inflate", "tiny.stl", "--size", 20).err
+    solid.export("tiny/tiny.stl")
+    assert "export: given (tiny/tiny.stl)\n" in poro("inflate", "tiny.stl", "--size", 20).err
 
 
 @pytest.mark.usefixtures("undrawn", "quickly")
@@ -249,13 +251,13 @@ def test_figures_show_the_part_bent_and_the_curve(poro: Poro) -> None:
     write(tube(), Path("tube.stl"))
     Path("soft.yaml").write_text(COARSE)
     assert poro("inflate", "tube.stl", "--case", "soft.yaml").code == ExitCode.OK
-    with Image.open("tube.inflated.png") as drawn:
+    with Image.open("details/tube.inflated.png") as drawn:
         shown = np.asarray(drawn.convert("RGB")).astype(int)
     assert shown.shape == (700, 1400, 3)
     blue = (shown[..., 2] > shown[..., 0] + 40).mean(axis=0)
     assert blue[:700].mean() > 0.05
     assert blue[700:].mean() > 0.05
-    with Image.open("tube.inflation.png") as drawn:
+    with Image.open("details/tube.inflation.png") as drawn:
         assert drawn.size[0] > 1000
 
 

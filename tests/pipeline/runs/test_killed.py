@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -22,7 +23,7 @@ CASE = TINY.replace("max_updates: 1", "max_updates: 3")
 #: The stages to the part, in order.
 STAGES = path_to(PART)
 #: What each stage leaves, for it to be taken away so that the stage runs again.
-MADE = {stage: Files(Path(), "tiny", "tiny.stl").artifact(stage).name for stage in STAGES}
+MADE = {stage: Files(Path("tiny"), "tiny", "tiny.stl").artifact(stage) for stage in STAGES}
 
 
 def run(folder: Path) -> subprocess.Popen[str]:
@@ -83,10 +84,10 @@ def check_killed(whole: Path, folder: Path, kills: int, seed: int) -> dict[str, 
         stage = STAGES[number * len(STAGES) // kills]
         (folder / MADE[stage]).unlink(missing_ok=True)
         hit[kill_in(stage, dice.uniform(0.0, seconds(whole, stage)), folder)] += 1
-        for path in folder.glob("tiny*.h5"):
+        for path in folder.rglob("tiny*.h5"):
             datasets(path)  # whole, or HDF5 would raise
     finish(folder)
-    assert {path.name for path in folder.iterdir()} == {path.name for path in whole.iterdir()}
+    assert {path.name for path in folder.rglob("*")} == {path.name for path in whole.rglob("*")}
     for name in MADE.values():
         expected, found = datasets(whole / name), datasets(folder / name)
         assert found.keys() == expected.keys()
@@ -122,13 +123,12 @@ def test_twenty_killed_runs_end_where_an_undisturbed_one_does(whole: Path, tmp_p
 
 @pytest.mark.parametrize("killed_after", ["artifact", pytest.param("part", marks=pytest.mark.slow)])
 def test_run_killed_between_two_files_of_a_stage_is_completed(killed_after: str, whole: Path, tmp_path: Path) -> None:
-    for path in whole.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
+    shutil.copytree(whole, tmp_path, dirs_exist_ok=True)
     if killed_after == "artifact":  # before its sidecar
         (tmp_path / "tiny/tiny.vtkhdf").unlink()
     else:  # before the record beside it and the picture
         (tmp_path / "tiny/details/tiny.stl.h5").unlink()
         (tmp_path / "tiny/tiny.png").unlink()
     finish(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
+    assert {path.name for path in tmp_path.rglob("*")} == {path.name for path in whole.rglob("*")}
     assert (tmp_path / "tiny/tiny.vtkhdf").read_bytes() == (whole / "tiny/tiny.vtkhdf").read_bytes()

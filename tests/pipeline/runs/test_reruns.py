@@ -50,7 +50,7 @@ def _summary(poro: Poro, *arguments: object) -> dict[str, Any]:
 def _identities(folder: Path) -> dict[str, str]:
     """Which run made each artifact."""
     found = {}
-    for path in folder.glob("tiny*.h5"):
+    for path in folder.rglob("tiny*.h5"):
         with h5py.File(path) as file:
             found[path.name] = file.attrs["identity"]
     return found
@@ -136,7 +136,7 @@ def test_changed_scale_exports_again_and_optimises_nothing(folder: Path, poro: P
 
 def test_clock_and_file_times_are_no_reason(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock goes back by decades before and during a run; files are of any age."""
-    for age, path in enumerate(sorted(folder.iterdir())):
+    for age, path in enumerate(sorted(folder.rglob("*"))):
         os.utime(path, (0.0, 0.0) if age % 2 else (4e9, 4e9))
     assert _runs(poro) == []
     backwards = itertools.count(0.0, -3600.0)
@@ -234,7 +234,7 @@ def test_scale_of_the_command_line_makes_a_second_part(folder: Path, poro: Poro)
 
 
 def test_scale_of_the_command_line_is_not_recorded_as_the_cases(folder: Path, poro: Poro) -> None:
-    for path in folder.glob("tiny.*h5"):
+    for path in folder.rglob("tiny.*h5"):
         path.unlink()
     _summary(poro, "export", "tiny.yaml", "--output", ".", "--scale", 1.5)
     assert _summary(poro, "export", "tiny.h5")["export"]["file"] == "tiny.stl"

@@ -76,7 +76,7 @@ def test_failures_stop_nothing_and_a_second_run_does_what_is_missing(poro: Poro,
     assert f"- {NAMES[1]}: optimize: " in markdown
     with Image.open("study.sweep.png") as picture:
         assert 0.005 < (np.asarray(picture.convert("L")) < 200).mean() < 0.5
-    log = Path("study.sweep/tiny.pressure_ratio-0.02/tiny.pressure_ratio-0.02.log").read_text(encoding="utf-8")
+    log = Path("study.sweep/tiny.pressure_ratio-0.02/details/tiny.pressure_ratio-0.02.log").read_text(encoding="utf-8")
     assert "optimize" in log
 
     (tmp_path / "study.yaml").write_text(STUDY.replace("1.0e+6", "0.015"))
@@ -126,7 +126,7 @@ def test_interrupted_sweep_ends_its_cases_and_continues(
         # As in test_optimize_command: a background job hands on that SIGINT is ignored.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    first = tmp_path / "study.sweep" / "tiny/details/tiny.pressure_ratio-0.01" / "tiny/details/tiny.pressure_ratio-0.01.checkpoint.h5"
+    first = tmp_path / "study.sweep" / "tiny.pressure_ratio-0.01/details/tiny.pressure_ratio-0.01.checkpoint.h5"
     limit = time.monotonic() + 300
     while not first.exists() and process.poll() is None and time.monotonic() < limit:
         time.sleep(0.05)
@@ -135,13 +135,14 @@ def test_interrupted_sweep_ends_its_cases_and_continues(
     assert process.returncode == ExitCode.INTERRUPTED, said
     assert "Interrupted with 2 of 2 cases left; run the same command to continue." in said
     assert first.exists()
-    assert not first.with_name("tiny.pressure_ratio-0.01.outcome.json").exists()
+    folder = first.parents[1]
+    assert not (folder / "tiny.pressure_ratio-0.01.outcome.json").exists()
     log = first.with_name("tiny.pressure_ratio-0.01.log").read_text(encoding="utf-8")
     assert "which is stored" in log
     stored = int(artifact.read(first, "checkpoint", "progress/updates")[0])
     # The rest of it takes too long here; that the case goes on is what matters.
-    case = first.with_name("tiny.pressure_ratio-0.01.yaml")
-    ended = poro("optimize", case, "--output", case.parent, "--updates", stored + 1, "--threads", 1)
+    case = folder / "tiny.pressure_ratio-0.01.yaml"
+    ended = poro("optimize", case, "--output", case.parents[1], "--updates", stored + 1, "--threads", 1)
     assert ended.code == ExitCode.OK
     assert f"Continuing after design update {stored}." in ended.err
 
