@@ -32,11 +32,15 @@ class UniaxialTest:
         stretch: length over initial length, (n,).
         stress: force over initial area, (n,), N/mm².
         unit: of the stress, as found or assumed.
+        lines: of the file in which the points stand.
+        bare_strain: whether the strain is given and its unit is not.
     """
 
     stretch: Floats
     stress: Floats
     unit: str
+    lines: list[int]
+    bare_strain: bool
 
 
 def read_uniaxial_test(path: Path, unit: str | None = None) -> UniaxialTest:
@@ -53,12 +57,14 @@ def read_uniaxial_test(path: Path, unit: str | None = None) -> UniaxialTest:
     """
     with open_table(path, "a uniaxial test") as table:
         columns = _Columns(table, unit)
-        points = np.array([columns.point(cells) for cells in table.rows()])
+        rows = [(table.line, columns.point(cells)) for cells in table.rows()]
+        points = np.array([point for _, point in rows])
         if len(points) < LEAST_POINTS:
             raise table.fault(f"there are {len(points)} points, fewer than {LEAST_POINTS}; add some")
         if np.ptp(points[:, 0]) == 0.0:
             raise table.fault("all points have the same stretch; add points at other stretches")
-    return UniaxialTest(points[:, 0], points[:, 1], columns.unit)
+    lines = [line for line, _ in rows]
+    return UniaxialTest(points[:, 0], points[:, 1], columns.unit, lines, columns.bare_strain)
 
 
 class _Columns:
@@ -81,6 +87,7 @@ class _Columns:
         self.extension, self.stress = extension[0], stress[0]
         self.is_strain = named[self.extension][0] in _STRAIN
         of_strain, of_stress = named[self.extension][1], named[self.stress][1]
+        self.bare_strain = self.is_strain and not of_strain
         if of_strain.lower() not in STRAIN_UNITS or (of_strain == "%" and not self.is_strain):
             remedy = "write strain [%], or no unit"
             raise table.fault(f"unit '{shown(of_strain)}' of stretch or strain is unknown; {remedy}")
