@@ -10,6 +10,7 @@ from typer.core import TyperCommand
 
 from pipeline.cli import completion
 from pipeline.cli.options import Json
+from pipeline.terminal import show
 
 
 class FitCommand(TyperCommand):
@@ -54,4 +55,4 @@ def fit(
 
     options = {"law": law, "terms": terms, "strain_limit": strain_limit}
     report = fit_file(data, options, unit, plot=plot)
-    typer.echo(report.as_json() if as_json else report.as_text())
+    show(report.as_json() if as_json else report.as_text())

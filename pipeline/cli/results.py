@@ -10,6 +10,7 @@ import typer
 from pipeline.cli import completion
 from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.terminal import show
 
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
@@ -27,7 +28,7 @@ def plot(
     """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
     from pipeline.runs import perform as commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
+    show(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
 
 
 def report(
@@ -52,9 +53,9 @@ def report(
     commands.make_folder(folder)
     path, problems = write_report(job, folder, check=check)
     if as_json:
-        typer.echo(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+        show(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
     else:
-        typer.echo("\n".join([str(path), *problems]))
+        show("\n".join([str(path), *problems]))
 
 
 def convert(
@@ -83,7 +84,7 @@ def convert(
     if as_json:
         from pipeline.results.json_output import result_json
 
-        typer.echo(result_json("convert", {"source": str(source)}, [target]))
+        show(result_json("convert", {"source": str(source)}, [target]))
 
 
 def register(app: typer.Typer) -> None:
