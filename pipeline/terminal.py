@@ -130,7 +130,7 @@ def broken(line: str, width: int) -> str:
     gaps = [gap.end() for gap in _GAP.finditer(_COLOUR.sub("", line))]
     indent = gaps[-1] if gaps and gaps[-1] <= width // 2 else 4
     lines, current = list[str](), ""
-    for word in line.split(" "):
+    for word in re.split(" (?!%)", line):  # a number keeps its sign
         longer = f"{current} {word}" if current.strip() or not lines else current + word
         if _visible(longer) - (not lines) > width and current.strip():
             lines.append(current)

@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from pipeline import terminal
-from pipeline.cli import compare, fit, groups, parts, results, stages, study, usage
+from pipeline.cli import clean, compare, fit, groups, parts, results, stages, study, usage
 from pipeline.cli.help import Group
 from pipeline.cli.options import with_common
 from pipeline.exit_codes import ExitCode, Fault, unexpected
@@ -42,6 +42,7 @@ def program() -> typer.Typer:
     app.command()(compare.compare)
     app.command()(schema)
     study.register(app)
+    app.command()(clean.clean)
     groups.arrange(app)
     return app
 

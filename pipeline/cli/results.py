@@ -10,7 +10,7 @@ import typer
 from pipeline.cli import completion
 from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.terminal import show
+from pipeline.terminal import show, told
 
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
@@ -55,7 +55,7 @@ def report(
     if as_json:
         show(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
     else:
-        show("\n".join([str(path), *problems]))
+        show(told("\n".join([str(path), *problems]), [path]))
 
 
 def convert(
