@@ -4,9 +4,6 @@ import hashlib
 import os
 from pathlib import Path
 
-#: How the folders of compiled kernels begin.
-KERNELS = "kernels-"
-
 
 def _separate_kernel_cache() -> None:
     """Keep compiled kernels apart by the text they were compiled from.
@@ -18,7 +15,7 @@ def _separate_kernel_cache() -> None:
     here = Path(__file__).parent
     sources = (file.read_bytes() for file in sorted(here.rglob("*.py")))
     text = b"".join(source for source in sources if b"from numba import" in source)
-    folder = f"{KERNELS}{hashlib.sha256(text).hexdigest()[:16]}"
+    folder = f"kernels-{hashlib.sha256(text).hexdigest()[:16]}"
     os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache(here) / folder))
 
 
@@ -29,11 +26,6 @@ def _cache(here: Path) -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("poro")
-
-
-def kernel_folders() -> list[Path]:
-    """Folders of compiled kernels, of this text and of earlier ones."""
-    return sorted(_cache(Path(__file__).parent).glob(f"{KERNELS}*"))
 
 
 _separate_kernel_cache()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pipeline.cli.options import FigureFormat, Output, Settings, Source
-from pipeline.terminal import show
+from pipeline.terminal import show, told
 from stages.chain import SCALE, youngs
 from stages.words import PredictionName, Sensor, Zero
 
@@ -77,4 +77,4 @@ def compare(
     found = compared(job, measurement, prediction, options)
     commands.make_folder(job.files.folder)
     found.write(format)
-    show(found.as_json(format) if as_json else as_text(found, format))
+    show(found.as_json(format) if as_json else told(as_text(found, format), found.files(format)))

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from typer.core import TyperCommand
 
 from pipeline.cli import completion
+from pipeline.cli.help import Command
 from pipeline.cli.options import Json
 from pipeline.terminal import show
 
 
-class FitCommand(TyperCommand):
+class FitCommand(Command):
     """The command, which looks the names of the laws up when it is asked for: a program may have added some."""
 
     def get_params(self, ctx: Any) -> list[Any]:

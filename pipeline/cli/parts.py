@@ -67,7 +67,9 @@ def slice_part(
     sliced = slicing.sliced(part, layer, direction, note)
     if numbers or heights:
         slices = sliced.draw(numbers or [], heights or [], format or "svg", pixel)
-        show(slicing.as_json(slices) if as_json else told(slicing.slices_text(slices), slices["files"]))
+        show(
+            slicing.as_json(slices) if as_json else told(slicing.slices_text(slices), [each["file"] for each in slices])
+        )
     else:
         overview = sliced.overview(format or "png")
         show(slicing.as_json(overview) if as_json else told(slicing.overview_text(overview), overview["files"]))

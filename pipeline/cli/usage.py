@@ -54,17 +54,13 @@ def _for_option(option: str, context: Any) -> str:
     here = _options(context.command, context)
     if option in here:  # its value is missing
         return "."
-    if close := get_close_matches(option, here, n=1):
-        return f". Did you mean {close[0]}?"
-    program = context.find_root()
-    if context is program:
-        commands = program.command.list_commands(program)
-    else:
-        commands = [name for name in program.command.list_commands(program) if name != context.info_name]
-    having = [
-        f"`poro {name}`" for name in commands if option in _options(program.command.get_command(program, name), context)
-    ]
-    return f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} it." if having else "."
+    group = context.find_root().command
+    commands = {name: group.get_command(context, name) for name in group.list_commands(context)}
+    having = [f"`poro {name}`" for name, command in commands.items() if option in _options(command, context)]
+    if having:
+        return f"; {', '.join(having)} {'has' if len(having) == 1 else 'have'} it."
+    close = get_close_matches(option, here, n=1)
+    return f". Did you mean {close[0]}?" if close else "."
 
 
 def _options(command: Any, context: Any) -> list[str]:

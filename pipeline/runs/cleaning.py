@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import actuator
 from pipeline.case.model import find_case, mistakes, read_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.json_output import result_json
@@ -124,7 +123,27 @@ def _progress(checkpoint: Path) -> str:
 
 def of_kernels() -> list[Removable]:
     """Compiled kernels, of this version of the program and of others."""
-    return [Removable(folder, "kernels", "compiled again by the next run") for folder in actuator.kernel_folders()]
+    mine = kernels()
+    folders = sorted(mine.parent.glob(f"{_KERNELS}*")) if _is_ours(mine) else []
+    return [Removable(folder, "kernels", "compiled again by the next run") for folder in folders]
+
+
+def foreign_kernels() -> Path | None:
+    """The folder that the user chose for compiled kernels, perhaps of other programs too; None if he chose none."""
+    return None if _is_ours(kernels()) else kernels()
+
+
+def kernels() -> Path:
+    """The folder of compiled kernels, as the science has chosen it, or the user."""
+    return Path(os.environ["NUMBA_CACHE_DIR"])
+
+
+#: How the science begins the names of such folders, one for each text that they were compiled from.
+_KERNELS = "kernels-"
+
+
+def _is_ours(folder: Path) -> bool:
+    return folder.name.startswith(_KERNELS)
 
 
 def cleaned(files: Files | None, found: list[Removable], *, remove: bool, as_json: bool) -> str:
@@ -164,9 +183,3 @@ def _lines(found: list[Removable], sizes: Iterable[int], removed: bool) -> Itera
         yield f"  {each.kind:<13} {each.path!s:<{width}}  {byte_size(size):>9}  {each.remark}".rstrip()
     count = f"{len(found)} {'entry' if len(found) == 1 else 'entries'}, {byte_size(total)}"
     yield f"Removed {count}." if removed else f"{count} would be removed; add --yes to do so."
-
-
-def foreign_kernels() -> Path | None:
-    """The folder that the user chose for compiled kernels, perhaps of other programs too; None if he chose none."""
-    folder = Path(os.environ["NUMBA_CACHE_DIR"])
-    return None if folder.name.startswith(actuator.KERNELS) else folder

@@ -58,7 +58,7 @@ LOAD_COLUMNS = {
     "leak": Column("leak", 10, ".2e"),
     "strain_p99": Column("strain 99%", 12, ".4f"),
     "share_above": Column("above", 9, ".4f"),
-    "newton": Column("Newton", 7, ".0f"),
+    "newton": Column("Newton", 8, ".0f"),
 }
 
 
