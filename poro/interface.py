@@ -27,6 +27,7 @@ import stages.refine
 import stages.rig
 import stages.simulate
 import stages.slices
+from pipeline.case.changes import changed
 from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
@@ -39,7 +40,6 @@ from pipeline.results.inflation import Inflation, read_inflation
 from pipeline.results.simulation import Curves, Simulation, read_simulation
 from pipeline.store import artifact, contents
 from pipeline.store.solid_file import SolidFile, read_solid
-from pipeline.study.study import replaced
 from stages.events import Observer, silent
 from stages.section import Section
 
@@ -111,10 +111,7 @@ def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:
     Raises:
         Fault: one sentence for every mistake.
     """
-    data: dict[str, Any] = case.model_dump()
-    for key, value in changes.items():
-        data = replaced(data, key, value)
-    return _checked(data)
+    return changed(case, changes)
 
 
 def _checked(data: dict[str, Any]) -> Case:

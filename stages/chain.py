@@ -50,6 +50,11 @@ class Option:
         """As a name in Python."""
         return self.flag.lstrip("-").replace("-", "_")
 
+    @property
+    def dotted(self) -> str:
+        """The key as it is written outside of its section, ``export.scale``."""
+        return f"{self.section}.{self.key}"
+
 
 @dataclass(frozen=True)
 class Beside:
@@ -259,6 +264,11 @@ def path_to(name: str) -> tuple[str, ...]:
 def followers(name: str) -> tuple[str, ...]:
     """Names of the stages that work on what this one makes."""
     return tuple(row.name for row in STAGES.values() if row.after == name)
+
+
+def renaming() -> dict[str, str]:
+    """Keys with which a part gets a file name of its own, and what they are called in it."""
+    return {option.dotted: option.name for row in STAGES.values() for option in row.options if option.renames}
 
 
 def goal_from(name: str) -> str:

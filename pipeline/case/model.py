@@ -165,20 +165,6 @@ def mistakes(data: dict[str, Any]) -> list[tuple[case_text.Path, str]]:
     return [(("name",), f"name: {wrong}; choose another name")] if wrong else []
 
 
-def changed(case: Case, option: str, section: str, key: str, value: Any) -> Case:
-    """The case with one value from the command line.
-
-    Raises:
-        Fault: if the value is out of range (USAGE).
-    """
-    data = getattr(case, section).model_dump() | {key: value}
-    try:
-        return case.model_copy(update={section: type(getattr(case, section)).model_validate(data)})
-    except ValidationError as error:
-        wrong = Messages(case_type()).sentence(error.errors()[0]).partition(": ")[2]
-        raise Fault(ExitCode.USAGE, f"{option}: {wrong}.") from None
-
-
 def stored_case(resolved: dict[str, Any], origin: Path) -> Case:
     """The case inside an artifact, without sections of stages that are not registered here, and without keys that went.
 

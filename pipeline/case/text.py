@@ -76,6 +76,20 @@ def parse(text: bytes, origin: str) -> Document:
         raise _fault(origin, line, f"the character #x{error.character:04x} is not allowed; remove it") from None
 
 
+def value(text: str, origin: str) -> Any:
+    """A single value, as it is read behind the key of a case file; a blank text is null.
+
+    Raises:
+        Fault: if it is no value (USAGE).
+    """
+    if not text.strip():
+        return None
+    try:
+        return parse(text.encode(), origin).data
+    except Fault as fault:  # lines say nothing of a value
+        raise Fault(fault.code, re.sub(rf"^{re.escape(origin)}:\d+:", f"{origin}:", str(fault))) from None
+
+
 def _fault(origin: str, line: int, sentence: str) -> Fault:
     return Fault(ExitCode.USAGE, f"{origin}:{line}: {sentence}.")
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from pipeline.case.changes import changed, parsed
 from pipeline.case.messages import number_text
 from pipeline.case.model import Case, case_schema, find_case, mistakes, parse_case, read_case
 from pipeline.exit_codes import ExitCode, Fault
@@ -39,7 +40,9 @@ def case_text(case: Case, head: str, schema: str | None = None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_new(name: str, like: str, output: Path | None, *, force: bool, schema: bool) -> list[Path]:
+def write_new(
+    name: str, like: str, output: Path | None, *, force: bool, schema: bool, settings: Iterable[str] = ()
+) -> list[Path]:
     """Write a new case with the values of a shipped or own one; returns the files.
 
     Args:
@@ -48,22 +51,23 @@ def write_new(name: str, like: str, output: Path | None, *, force: bool, schema:
         output: the file.
         force: whether to replace files that are there.
         schema: whether to write the schema beside it and to name it to editors.
+        settings: what it says instead of that one, ``key=value`` each.
 
     Raises:
-        Fault: if a name is not usable, a file is in the way or a folder is missing (USAGE).
+        Fault: if a value is wrong, a name is not usable, a file is in the way or a folder is missing (USAGE).
         OSError: if the folder or the disk does not take a file.
     """
     name = name.removesuffix(".yaml")
     origin = find_case(Path(like if like.endswith((".yaml", ".yml")) else f"{like}.yaml"))
-    case, _ = read_case(origin)
     wrong = mistakes({"name": name})
     if wrong:
         raise Fault(ExitCode.USAGE, f"{wrong[0][1]}.")
+    case = changed(read_case(origin)[0], {**parsed(settings), "name": name}, {})
     target = output or Path(f"{name}.yaml")
     if not target.parent.is_dir():
         raise Fault(ExitCode.USAGE, f"{target}: there is no folder {target.parent}; make it or choose another.")
     head = f"Made by `poro new` from {origin.name}; every key is here, with its meaning, unit and default."
-    text = case_text(case.model_copy(update={"name": name}), head, SCHEMA_FILE if schema else None)
+    text = case_text(case, head, SCHEMA_FILE if schema else None)
     parse_case(text.encode(), str(target), name)  # what is written can be read
     texts = {target: text}
     if schema:

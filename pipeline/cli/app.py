@@ -13,7 +13,10 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli import compare, fit, parts, results, stages, study
+from pipeline import terminal
+from pipeline.cli import clean, compare, fit, groups, parts, results, stages, study, usage
+from pipeline.cli.help import Group
+from pipeline.cli.options import with_common
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.runs.interruption import heeded
 
@@ -24,12 +27,14 @@ def program() -> typer.Typer:
     """The program with the commands of all stages that are registered now."""
     app = typer.Typer(
         name="poro",
+        cls=Group,
+        context_settings={"help_option_names": ["-h", "--help"]},
         epilog=f"Exit codes: {_CODES}.",
         add_completion=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
     )
-    app.callback()(options)
+    app.callback()(with_common(options))
     stages.register(app)
     results.register(app)
     parts.register(app)
@@ -37,6 +42,8 @@ def program() -> typer.Typer:
     app.command()(compare.compare)
     app.command()(schema)
     study.register(app)
+    app.command()(clean.clean)
+    groups.arrange(app)
     return app
 
 
@@ -57,7 +64,7 @@ def _show_version(wanted: bool) -> None:
 
 def options(
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)
+        bool, typer.Option("--version", "-V", help="Print the version.", callback=_show_version, is_eager=True)
     ] = False,
 ) -> None:
     """Topology optimisation of pneumatic soft actuators, from a case file to a printable part."""
@@ -73,13 +80,18 @@ def call(arguments: list[str]) -> ExitCode:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # an old terminal shows ? for θ rather than stopping us
             stream.reconfigure(errors="replace")
+    with terminal.own_manner():
+        return _called(arguments)
+
+
+def _called(arguments: list[str]) -> ExitCode:
     try:
         with heeded():
             ended = program()(arguments or ["--help"], prog_name="poro", standalone_mode=False)
     except Fault as fault:
         return _end(fault.code, str(fault))
     except typer.TyperException as error:
-        return _end(ExitCode.USAGE, f"{error.format_message()} See `poro --help`.")
+        return _end(ExitCode.USAGE, usage.sentence(error, arguments))
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         reason = f"{where}a file could not be written or read ({error.strerror or error})"
@@ -90,6 +102,8 @@ def call(arguments: list[str]) -> ExitCode:
     except Exception as error:
         with tempfile.NamedTemporaryFile("w", prefix="poro-", suffix=".log", delete=False, encoding="utf-8") as log:
             traceback.print_exc(file=log)
+        if terminal.verbose():
+            traceback.print_exc()
         return _end(ExitCode.UNEXPECTED, str(unexpected(error, log.name)))
     if ended == ExitCode.INTERRUPTED:  # what typer makes of a KeyboardInterrupt
         return _end(ExitCode.INTERRUPTED, "Interrupted; run the same command again.")
@@ -97,5 +111,5 @@ def call(arguments: list[str]) -> ExitCode:
 
 
 def _end(code: ExitCode, sentence: str) -> ExitCode:
-    typer.echo(f"poro: {sentence}", err=True)
+    terminal.complain(f"{terminal.painted('poro:', 'fail', sys.stderr)} {sentence}")
     return code

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.options import FigureFormat, Output, Source
+from pipeline.cli.options import FigureFormat, Output, Settings, Source
+from pipeline.terminal import show, told
 from stages.chain import SCALE, youngs
 from stages.words import PredictionName, Sensor, Zero
 
@@ -53,6 +54,7 @@ def compare(
         float | None, typer.Option("--smoothing", help="Half window of the curves over full scale. Default: 0.02.")
     ] = None,
     format: Annotated[FigureFormat, typer.Option("--format", help="Of the figure.")] = "png",
+    settings: Settings = None,
     output: Output = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
@@ -63,7 +65,7 @@ def compare(
     from pipeline.measured.measurement import read_measurement
     from pipeline.runs import perform as commands
 
-    job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus})
+    job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus}, settings=settings or ())
     columns = {
         Quantity.PRESSURE: pressure_column,
         Quantity.DISPLACEMENT: displacement_column,
@@ -75,4 +77,4 @@ def compare(
     found = compared(job, measurement, prediction, options)
     commands.make_folder(job.files.details)
     found.write(format)
-    typer.echo(found.as_json(format) if as_json else as_text(found, format))
+    show(found.as_json(format) if as_json else told(as_text(found, format), found.files(format)))

@@ -34,6 +34,15 @@ def studies(incomplete: str) -> list[str]:
     return _files(incomplete, STUDY_ENDINGS)
 
 
+def keys(incomplete: str) -> list[str]:
+    """Dotted keys of the case file that begin as what is typed, with their equals sign."""
+    from pipeline.case.model import case_type  # the settings: only where they are asked for
+
+    sections = {name: field.annotation for name, field in case_type().model_fields.items()}
+    found = [f"{name}.{key}=" for name, kind in sections.items() for key in getattr(kind, "model_fields", ())]
+    return [key for key in ("name=", *found) if key.startswith(incomplete)]
+
+
 def laws(incomplete: str) -> list[str]:
     """Material laws that ``poro fit`` knows and that begin as what is typed, and the word for all of them."""
     from stages.fit import ALL  # the settings: only where they are asked for

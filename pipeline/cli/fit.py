@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from typer.core import TyperCommand
 
 from pipeline.cli import completion
+from pipeline.cli.help import Command
 from pipeline.cli.options import Json
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.terminal import show
 
 
-class FitCommand(TyperCommand):
+class FitCommand(Command):
     """The command, which looks the names of the laws up when it is asked for: a program may have added some."""
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -76,7 +77,7 @@ def fit(
         raise Fault(ExitCode.USAGE, "--case and --strain-limit exclude each other; leave out one of them.")
     options = {"law": law, "terms": terms, "strain_limit": strain_limit, "up_to": _stretch(up_to), "whole": whole}
     report = fit_file(data, options, unit, case, plot=plot)
-    typer.echo(report.as_json() if as_json else report.as_text())
+    show(report.as_json() if as_json else report.as_text())
     if report.refusal:
         raise Fault(ExitCode.USAGE, report.refusal)
 

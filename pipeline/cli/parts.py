@@ -8,6 +8,7 @@ import typer
 
 from actuator.geometry.printing.directions import Axis, Direction
 from pipeline.cli.options import FigureFormat, Json, Part
+from pipeline.terminal import note, show, told
 
 
 def check(
@@ -37,7 +38,8 @@ def check(
 
     options = {"direction": direction, "on_platform": flat, "axis": axis, "wall": wall, "gap": gap, "angle": angle}
     report = examine(part, options | {"drain": drain, "density": density, "pitch": pitch})
-    typer.echo(report.as_json(stored=save) if as_json else report.as_text())
+    files = [report.path] if save else []
+    show(report.as_json(stored=save) if as_json else told(report.as_text(), files))
     if save:
         report.write()
     report.refuse()
@@ -62,13 +64,15 @@ def slice_part(
     """Show the layers of a solid as a printer will see them: area against height, or single slices."""
     from pipeline.parts import slicing
 
-    sliced = slicing.sliced(part, layer, direction, lambda text: typer.echo(text, err=True))
+    sliced = slicing.sliced(part, layer, direction, note)
     if numbers or heights:
         slices = sliced.draw(numbers or [], heights or [], format or "svg", pixel)
-        typer.echo(slicing.as_json(slices) if as_json else slicing.slices_text(slices))
+        show(
+            slicing.as_json(slices) if as_json else told(slicing.slices_text(slices), [each["file"] for each in slices])
+        )
     else:
         overview = sliced.overview(format or "png")
-        typer.echo(slicing.as_json(overview) if as_json else slicing.overview_text(overview))
+        show(slicing.as_json(overview) if as_json else told(slicing.overview_text(overview), overview["files"]))
 
 
 def register(app: typer.Typer) -> None:

@@ -15,6 +15,8 @@ from typing import Any
 import typer
 import typer.main
 
+from pipeline.cli.help import grouped, summary
+from pipeline.cli.options import COMMON
 from pipeline.store.atomic import write_bytes
 from pipeline.store.tables import as_markdown
 
@@ -23,6 +25,8 @@ RENEWAL = "python -m pipeline.cli.reference docs/reference/commands.md"
 
 #: Typer's own options: what it says of them depends on the shell it finds.
 _OF_THE_SHELL = ("install_completion", "show_completion")
+#: Options that every command has, beside the program: they are listed once.
+_OF_ALL = (*(parameter.name for parameter in COMMON), "help")
 
 _HEAD = f"""\
 # Commands
@@ -33,28 +37,36 @@ This page is made from the program. `poro --help` and `poro COMMAND --help` say 
 `poro --install-completion` lets the shell complete commands and options. How commands end: [exit codes](faults.md).
 """
 
+_GENERAL = """\
+`-q`, `-v`, `--color` and `-h` may also stand behind every command. Only terminals get lines that are broken to fit, and
+colours, unless `NO_COLOR` is set or `TERM` is `dumb`.
+"""
+
 
 def reference(app: typer.Typer, name: str) -> str:
     """All commands of an application that are not hidden, groups included: usage, arguments, options."""
-    context = typer.Context(typer.main.get_command(app), info_name=name)
-    listed = list(_commands(context))
-    links = [(f"[`{found.command_path}`](#{_anchor(found)})", _summary(found)) for found in listed]
-    contents = as_markdown(("command", "what it does"), links)
-    general = [f"## {name}", _table("option", _records(context, "option"))]
-    return "\n\n".join([_HEAD.strip(), contents, *general, *map(_section, listed)]) + "\n"
+    command: Any = typer.main.get_command(app)
+    context = typer.Context(command, info_name=name, **command.context_settings)
+    contents: dict[str, list[tuple[str, str]]] = {}
+    sections = []
+    for heading, found in _commands(context):
+        link = f"[`{found.command_path}`](#{_anchor(found)})"
+        contents.setdefault(heading, []).append((link, summary(found.command)))
+        sections.append(_section(found))
+    tables = [as_markdown((heading, "what it does"), links) for heading, links in contents.items()]
+    general = [f"## {name}", _table("option", _records(context, "option")), _GENERAL.strip()]
+    return "\n\n".join([_HEAD.strip(), *tables, *general, *sections]) + "\n"
 
 
-def _commands(context: typer.Context) -> Iterator[typer.Context]:
-    """The commands below a context, those of groups after their group, in the order of ``--help``."""
+def _commands(context: typer.Context) -> Iterator[tuple[str, typer.Context]]:
+    """The commands below a context and their headings, as ``--help`` has them; those of groups after their group."""
     group: Any = context.command  # typer's own classes of commands have no public name
-    for name in group.list_commands(context):
-        command = group.get_command(context, name)
-        if command.hidden:
-            continue
-        found = typer.Context(command, info_name=name, parent=context)
-        yield found
-        if hasattr(command, "list_commands"):
-            yield from _commands(found)
+    for heading, commands in grouped(group, context).items():
+        for name, command in commands:
+            found = typer.Context(command, info_name=name, parent=context)
+            yield heading, found
+            if hasattr(command, "list_commands"):
+                yield from ((heading, below) for _, below in _commands(found))
 
 
 def _section(context: typer.Context) -> str:
@@ -65,7 +77,7 @@ def _section(context: typer.Context) -> str:
         if records := _records(context, kind):
             parts.append(_table(kind, records))
     if command.epilog:
-        parts.append(command.epilog)
+        parts += ["Example:", f"    {command.epilog}"]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -74,7 +86,9 @@ def _records(context: typer.Context, kind: str) -> list[tuple[str, str]]:
     parameters = [
         each
         for each in context.command.get_params(context)
-        if each.param_type_name == kind and each.name not in _OF_THE_SHELL
+        if each.param_type_name == kind
+        and each.name not in _OF_THE_SHELL
+        and (context.parent is None or each.name not in _OF_ALL)
     ]
     return [record for each in parameters if (record := each.get_help_record(context)) is not None]
 
@@ -86,10 +100,6 @@ def _table(kind: str, records: list[tuple[str, str]]) -> str:
         text, _, extra = meaning.rpartition("  [") if meaning.endswith("]") else (meaning, "", "")
         rows.append((f"`{names}`", text, extra.removesuffix("]").removeprefix("default: ")))
     return as_markdown((kind, "meaning", "default"), rows)
-
-
-def _summary(context: typer.Context) -> str:
-    return (context.command.help or "").partition("\n\n")[0]
 
 
 def _anchor(context: typer.Context) -> str:

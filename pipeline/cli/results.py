@@ -11,6 +11,7 @@ from pipeline.cli import completion
 from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store.files import located
+from pipeline.terminal import show, told
 
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
@@ -28,7 +29,7 @@ def plot(
     """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
     from pipeline.runs import perform as commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
+    show(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
 
 
 def report(
@@ -54,9 +55,9 @@ def report(
     commands.make_folder(folder)
     path, problems = write_report(job, folder, check=check)
     if as_json:
-        typer.echo(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+        show(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
     else:
-        typer.echo("\n".join([str(path), *problems]))
+        show(told("\n".join([str(path), *problems]), [path]))
 
 
 def convert(
@@ -87,7 +88,7 @@ def convert(
     if as_json:
         from pipeline.results.json_output import result_json
 
-        typer.echo(result_json("convert", {"source": str(source)}, [target]))
+        show(result_json("convert", {"source": str(source)}, [target]))
 
 
 def register(app: typer.Typer) -> None:

@@ -9,8 +9,10 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from pipeline.cli.options import Force, Fresh, Json, OfCase, Output, Source, SourceOrSolid
+from pipeline.cli.groups import STAGES as STAGE_GROUP
+from pipeline.cli.options import DryRun, Force, Fresh, Json, OfCase, Output, Settings, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.terminal import note, show
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
 
 Command = Callable[..., None]
@@ -19,7 +21,7 @@ Command = Callable[..., None]
 def register(app: typer.Typer) -> None:
     """Add a command for every stage that is registered now, ``run`` and ``status``."""
     for row in STAGES.values():
-        app.command(row.name, help=row.help)(stage_command(row))
+        app.command(row.name, help=row.help, rich_help_panel=STAGE_GROUP)(stage_command(row))
     app.command("run")(run_command())
     app.command("status")(status)
 
@@ -31,17 +33,23 @@ def stage_command(row: Stage) -> Command:
         case: Path,
         output: Path | None,
         force: bool,
+        dry_run: bool,
         as_json: bool,
+        settings: list[str] | None,
         fresh: bool = False,
         of_case: Path | None = None,
         **options: Any,
     ) -> None:
         from pipeline.runs import perform as commands
+        from pipeline.runs import plan_text
 
         if row.takes_part:
             commands.refuse_other(case)
-        job = commands.open_job(case, output, _changes(row.options, options), of_case)
+        job = commands.open_job(case, output, _changes(row.options, options), of_case, settings or ())
         steps = commands.plan(job, last=row.name, forced=row.name if force else None)
+        if dry_run:
+            show(plan_text.told(steps, row.name, reasons=False, as_json=as_json))
+            return
         _tell(*commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
 
     part = [_parameter("of_case", OfCase, None)] if row.takes_part else []
@@ -51,9 +59,11 @@ def stage_command(row: Stage) -> Command:
         _parameter("case", SourceOrSolid if row.takes_part else Source),
         *part,
         *_of_table(row.options),
+        _parameter("settings", Settings, None),
         _parameter("output", Output, None),
         _parameter("force", Force, False),
         *fresh,
+        _parameter("dry_run", DryRun, False),
         _parameter("as_json", Json, False),
     )
 
@@ -73,6 +83,7 @@ def run_command() -> Command:
         dry_run: bool,
         explain: bool,
         as_json: bool,
+        settings: list[str] | None,
         **given: Any,
     ) -> None:
         """Run all stages that are missing or stale."""
@@ -81,20 +92,19 @@ def run_command() -> Command:
 
         if no_inflate and last:
             raise Fault(ExitCode.USAGE, f"--no-inflate and --until {last} both say where to stop; leave one out.")
-        job = commands.open_job(case, output, _changes(options, given))
+        job = commands.open_job(case, output, _changes(options, given), settings=settings or ())
         last = PART if no_inflate else last
         forced = (first or path_to(GOAL)[0]) if force else None
         steps = commands.plan(job, first=first, last=last, forced=forced)
         if dry_run:
-            typer.echo(plan_text.as_json(steps, "run") if as_json else plan_text.as_text(steps, reasons=explain))
+            show(plan_text.told(steps, "run", reasons=explain, as_json=as_json))
             return
         if explain:
-            typer.echo(plan_text.as_text(steps, reasons=True), err=True)
+            note(plan_text.as_text(steps, reasons=True))
         _tell(*commands.perform(job, steps, command="run", fresh=fresh, as_json=as_json))
 
     names: Any = Literal[*STAGES]
     no_inflate = typer.Option("--no-inflate", help=f"Stop after {PART}, without what the part does under pressure.")
-    dry_run = typer.Option("--dry-run", help="Only say what would run.")
     explain = typer.Option("--explain", help="Say for every stage why it runs or not.")
     return _with_parameters(
         run,
@@ -103,16 +113,17 @@ def run_command() -> Command:
         _option("last", names, "--until", f"Stop after this stage. Default: {GOAL}."),
         _parameter("no_inflate", Annotated[bool, no_inflate], False),
         *_of_table(options),
+        _parameter("settings", Settings, None),
         _parameter("output", Output, None),
         _parameter("force", Force, False),
         _parameter("fresh", Fresh, False),
-        _parameter("dry_run", Annotated[bool, dry_run], False),
+        _parameter("dry_run", DryRun, False),
         _parameter("explain", Annotated[bool, explain], False),
         _parameter("as_json", Json, False),
     )
 
 
-def status(case: Source, output: Output = None, as_json: Json = False) -> None:
+def status(case: Source, settings: Settings = None, output: Output = None, as_json: Json = False) -> None:
     """Say which stages are up to date, and why others are not.
 
     What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
@@ -121,13 +132,13 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     from pipeline.runs import perform as commands
     from pipeline.runs import plan_text
 
-    steps = commands.status(commands.open_job(case, output))
-    typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
+    steps = commands.status(commands.open_job(case, output, settings=settings or ()))
+    show(plan_text.told(steps, "status", reasons=True, as_json=as_json))
 
 
 def _tell(text: str, fault: Fault | None) -> None:
     """Print a summary, and raise what is wrong with what it says."""
-    typer.echo(text)
+    show(text)
     if fault:
         raise fault
 

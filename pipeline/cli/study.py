@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 from pipeline.cli import completion
+from pipeline.cli.options import Settings
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.terminal import show
 
 
 def new(
@@ -20,6 +22,7 @@ def new(
     schema: Annotated[
         bool, typer.Option("--schema", help="Also write case.schema.json beside it, by which editors check it.")
     ] = False,
+    settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the names of the files as JSON.")] = False,
 ) -> None:
@@ -27,8 +30,8 @@ def new(
     from pipeline.case.writer import write_new
     from pipeline.results.json_output import result_json
 
-    files = write_new(name, like, output, force=force, schema=schema)
-    typer.echo(result_json("new", {}, files) if as_json else "\n".join(map(str, files)))
+    files = write_new(name, like, output, force=force, schema=schema, settings=settings or ())
+    show(result_json("new", {}, files) if as_json else "\n".join(map(str, files)))
 
 
 def _show_workflow(wanted: bool) -> None:
@@ -76,16 +79,16 @@ def sweep(
     variants = sweep.chosen(only or [])
     sweep.prepare(variants)
     if dry_run:
-        typer.echo(commands.planned(sweep, variants, as_json=as_json))
+        show(commands.planned(sweep, variants, as_json=as_json))
         return
     if not collect:
         commands.run(sweep, variants, jobs)
     if only:
-        typer.echo(commands.planned(sweep, variants, as_json=as_json))
+        show(commands.planned(sweep, variants, as_json=as_json))
         commands.refuse_ended(sweep, variants)
         return
     text, table = commands.told(sweep, as_json=as_json)
-    typer.echo(text)
+    show(text)
     commands.refuse(table)
 
 

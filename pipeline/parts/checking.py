@@ -12,7 +12,11 @@ from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
 from pipeline.store.files import detail_of, make_folder
 from pipeline.store.solid_file import read_solid
+from pipeline.terminal import Verdict, painted
 from stages import check
+
+#: What is neither good nor bad has none.
+_COLOUR: dict[str, Verdict] = {"pass": "pass", "warn": "warn", "fail": "fail"}
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,10 @@ class CheckReport:
     def as_text(self) -> str:
         """A table, one check a line."""
         size = " x ".join(f"{length:.2f}" for length in self.result.size)
-        rows = [f"  {finding.verdict:<16}{finding.name.value:<17}{finding.text}" for finding in self.result.findings]
+        rows = [
+            f"  {painted(f'{found.verdict:<15}', _COLOUR.get(found.verdict))} {found.name.value:<16} {found.text}"
+            for found in self.result.findings
+        ]
         head = f"{self.part}: {self.result.triangles} triangles, {size} mm"
         return "\n".join([head, *rows, f"  {self.result.summary}"])
 

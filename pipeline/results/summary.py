@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pipeline.terminal import Verdict, painted
 from stages.chain import STAGES
 
 Summaries = Mapping[str, Mapping[str, Any]]
@@ -30,25 +31,33 @@ def as_json(name: str, summaries: Summaries, beside: Mapping[str, Any]) -> dict[
     return found | dict(beside) | {"stage_seconds": seconds, "peak_memory": _peak_memory(summaries)}
 
 
-def as_text(name: str, summaries: Summaries, beside: Iterable[tuple[str, str]], files: Iterable[Path]) -> str:
+def as_text(
+    name: str, summaries: Summaries, beside: Iterable[tuple[str, str]], files: Iterable[Path], design: str = ""
+) -> str:
     """What a user reads at the end.
 
     Args:
         name: of the case.
-        summaries: by stage.
+        summaries: by stage, of those that are to be told.
         beside: names and values of what was said of the files beside the artifacts.
         files: that were written or found up to date.
+        design: where the design is told, if it is not here.
     """
     verdicts = [STAGES[stage].verdict(summary) for stage, summary in summaries.items()]
     lines = next(filter(None, reversed(verdicts)), [])  # the last stage knows best
     lines += [line for stage, summary in summaries.items() for line in STAGES[stage].lines(summary)]
     lines += beside
+    lines += [("design", design)] if design else []
     if memory := _peak_memory(summaries):
         lines.append(("peak memory", f"{memory / 2**30:.2f} GiB"))
     times = ", ".join(f"{stage} {summary['stage_seconds']:.1f}" for stage, summary in summaries.items())
     lines.append(("seconds", times))
     lines += [("files" if row == 0 else "", str(file)) for row, file in enumerate(files)]
-    return "\n".join([name, *(f"  {label:<20}{value}" for label, value in lines)])
+    return "\n".join([name, *(f"  {label:<19} {painted(value, _VERDICTS.get(value))}" for label, value in lines)])
+
+
+#: What is said of a result in one word.
+_VERDICTS: dict[str, Verdict] = {"yes": "pass", "no": "fail"}
 
 
 def _peak_memory(summaries: Summaries) -> int | None:

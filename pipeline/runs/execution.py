@@ -11,6 +11,7 @@ from uuid import uuid4
 from actuator import failure
 from actuator.arrays import Floats, Ints
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.results.wording import byte_size, duration
 from pipeline.runs import checkpoint, resuming
 from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
@@ -110,6 +111,10 @@ class Execution:
             resuming.clear(self.job)
         self._identity = header.identity
         self.summaries[step.stage] = contents.summary(step.path, step.stage)
+        size, seconds = step.path.stat().st_size, summary["stage_seconds"]
+        self.reporter.log.info(
+            "%s: %s written, %s, after %s", step.stage, step.path, byte_size(size), duration(seconds)
+        )
 
     def _packed(self, step: Step) -> Packed:
         """Run a stage."""
@@ -123,6 +128,7 @@ class Execution:
             compute=job.case.compute.build(),
             observer=self.reporter.observe,
         )
+        self.reporter.log.info("%s: %s", step.stage, task.compute)
         if step.stage == checkpoint.OPTIMIZE:
             return resuming.run(job, task, fresh=self.fresh, forced="forced" in step.reasons)
         module = row.load()

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.case.model import Case, changed, find_case, read_case, stored_case
+from pipeline.case.changes import SET, changed, parsed
+from pipeline.case.model import Case, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.adopted import adopted, exported, is_solid
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
 from pipeline.store.files import OUTPUTS, Files, folder_of, part_of
-from stages.chain import GOAL, STAGES, Option, followers, path_to
+from stages.chain import GOAL, STAGES, Option, followers, path_to, renaming
 from stages.formats import FORMATS
 
 
@@ -30,7 +31,7 @@ class Job:
         files: where the results lie.
         given: header of the artifact the user named instead of a case, or of a solid that was adopted: its stage and
             those before are not run.
-        changes: what the command line says instead of the case.
+        changes: what the command line says instead of the case, by dotted key.
     """
 
     argument: Path
@@ -39,7 +40,7 @@ class Job:
     own: Case
     files: Files
     given: Header | None = None
-    changes: Mapping[Option, Any] = field(default_factory=dict)
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage."""
@@ -61,12 +62,15 @@ class Job:
         path = path_to(stage)
         others = {section for name, row in STAGES.items() if name not in path for section in row.sections}
         foreign = others - {section for name in path for section in STAGES[name].sections}
-        return applied(self.own, {each: value for each, value in self.changes.items() if each.section not in foreign})
+        return changed(self.own, {key: value for key, value in self.changes.items() if _section(key) not in foreign})
 
     def replaced(self, stage: str) -> dict[str, Any]:
-        """What the case itself says of the keys on which a stage depends and which the command line changed."""
+        """What the case itself says of the keys on which a stage depends and which the command line changed.
+
+        Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``.
+        """
         sections, own = STAGES[stage].sections, plain(self.own)
-        keys = [(option.section, option.key) for option in self.changes if option.section in sections]
+        keys = [key.split(".")[:2] for key in self.changes if _section(key) in sections]
         return {f"{section}.{key}": own[section][key] for section, key in keys}
 
     def as_made(self, header: Header) -> dict[str, Any]:
@@ -82,15 +86,8 @@ class Job:
         return resolved
 
 
-def applied(case: Case, changes: Mapping[Option, Any]) -> Case:
-    """The case with what the command line says instead.
-
-    Raises:
-        Fault: if a value is out of range (USAGE).
-    """
-    for option, value in changes.items():
-        case = changed(case, option.flag, option.section, option.key, value)
-    return case
+def _section(key: str) -> str:
+    return key.partition(".")[0]
 
 
 def open_job(
@@ -98,6 +95,7 @@ def open_job(
     output: Path | None = None,
     changes: Mapping[Option, Any] | None = None,
     of_case: Path | None = None,
+    settings: Iterable[str] = (),
 ) -> Job:
     """The job that a command line describes.
 
@@ -107,6 +105,7 @@ def open_job(
             else the working folder. What is made of an artifact or a solid goes to where that lies.
         changes: what the command line says instead of the case; None where it says nothing.
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
+        settings: what else it says instead of the case, ``key=value`` each.
 
     Raises:
         Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
@@ -128,9 +127,26 @@ def open_job(
         own, text = read_case(find_case(argument))
         here = None
     said = {option: value for option, value in (changes or {}).items() if value is not None}
-    folder = here if here is not None and not output else (output or default_folder()) / own.name
+    changed, flags = _said(said, parsed(settings))
+    elsewhere = (output or default_folder()) / str(changed.get("name", own.name))
+    folder = elsewhere if output or here is None else here
     _refuse_impossible(folder)
-    return make_job(argument, own, text, folder, given, said)
+    return make_job(argument, own, text, folder, given, changed, flags)
+
+
+def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+    """What the command line says, by dotted key, and by which of its options it says so.
+
+    Raises:
+        Fault: if it says two things of one key, or sets a whole section (USAGE).
+    """
+    flags = {option.dotted: option.flag for option in options}
+    for key in settings:
+        if key in flags:
+            raise Fault(ExitCode.USAGE, f"{SET}: {key}: {flags[key]} says it too; leave one of them out.")
+        if "." not in key and isinstance(settings[key], Mapping):
+            raise Fault(ExitCode.USAGE, f"{SET}: {key}: is a section; set its keys one by one, {key}.KEY=VALUE.")
+    return {option.dotted: value for option, value in options.items()} | dict(settings), flags
 
 
 def make_job(
@@ -139,16 +155,23 @@ def make_job(
     text: str,
     folder: Path,
     given: Header | None = None,
-    changes: Mapping[Option, Any] | None = None,
+    changes: Mapping[str, Any] | None = None,
+    flags: Mapping[str, str] | None = None,
 ) -> Job:
     """The job of a case whose files lie in a folder.
+
+    Args:
+        argument, own, text, folder, given: see :class:`Job`.
+        changes: what the command line says instead, by dotted key.
+        flags: those of its options that say so, by key; ``--set`` says the rest.
 
     Raises:
         Fault: if a value of the command line is out of range (USAGE).
     """
     changes = changes or {}
-    case = applied(own, changes)
-    tag = "".join(f".{option.name}-{value:g}" for option, value in changes.items() if option.renames)
+    case = changed(own, changes, flags or {}) if changes else own
+    names = renaming()
+    tag = "".join(f".{names[key]}-{value:g}" for key, value in changes.items() if key in names)
     part = f"{case.name}{tag}{FORMATS[case.export.format].ending}"
     job = Job(argument, case, text, own, Files(folder, case.name, part), given, changes)
     return replace(job, files=replace(job.files, part=job.part.name))

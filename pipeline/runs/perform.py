@@ -20,7 +20,8 @@ from pipeline.runs.plan import Step, plan, status
 from pipeline.runs.progress import Reporter, reporting
 from pipeline.store.artifact import program_version
 from pipeline.store.files import make_folder
-from stages.chain import STAGES
+from pipeline.terminal import told
+from stages.chain import GOAL, STAGES, path_to
 
 __all__ = ["make_folder", "open_job", "perform", "plan", "plot", "refuse_other", "status"]
 
@@ -43,8 +44,8 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
     make_folder(job.files.details)
     with claimed(job.files), _reporting(job, steps) as reporter:
         execution = Execution(job, reporter, fresh)
-        written: list[Path] = []
-        said: dict[str, beside.Said] = {}
+        written: dict[str, list[Path]] = {}
+        said: dict[str, dict[str, beside.Said]] = {}
         done: list[Step] = []
         fault: Fault | None = None
         try:
@@ -52,9 +53,7 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
                 execution.run(step)
                 done.append(step)
                 if not step.given:
-                    files, found = beside.write_all(job, step, reporter)
-                    written += [file for file in files if file not in written]
-                    said |= found
+                    written[step.stage], said[step.stage] = beside.write_all(job, step, reporter)
         except Unfit as unfit:
             # What was made before stays, and is told.
             reporter.log.error(str(unfit))
@@ -67,12 +66,24 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         except Exception as error:
             reporter.log.exception("unexpected error")
             raise unexpected(error, job.files.log) from error
-    files = [*(_result(job, step) for step in done if not step.given), *written]
     name, summaries = job.case.name, execution.summaries
     fault = fault or _shortfall(done[-1], summaries[done[-1].stage])
+    # Of a single stage's command nobody wants to read again of those before, unless they have just run.
+    wanted = [step.stage for step in done if as_json or command == "run" or step.runs or step is done[-1]]
+    results = [_result(job, step) for step in done if step.stage in wanted and not step.given]
+    files = list(dict.fromkeys([*results, *(file for stage in wanted for file in written.get(stage, ()))]))
+    found = {key: value for stage in wanted for key, value in said.get(stage, {}).items()}
     if as_json:
-        return result_json(command, summary.as_json(name, summaries, said), files), fault
-    return summary.as_text(name, summaries, beside.lines(said), files), fault
+        return result_json(command, summary.as_json(name, summaries, found), files), fault
+    shown = {stage: summaries[stage] for stage in wanted if stage in summaries}
+    text = summary.as_text(name, shown, beside.lines(found), files, _design(job, summaries, wanted))
+    return told(text, files), fault
+
+
+def _design(job: Job, summaries: Mapping[str, Any], wanted: list[str]) -> str:
+    """Where the design is told, if it is none of what is told; empty if there is none or it is."""
+    first = path_to(GOAL)[0]
+    return f"{job.artifact(first)}, told by `poro {first}`" if first in summaries and first not in wanted else ""
 
 
 @contextmanager
@@ -111,7 +122,7 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     files, problems = plot_design(design, job.files.details, format, only)
     if as_json:
         return result_json("plot", {"name": job.case.name, "problems": problems}, files)
-    return "\n".join([*map(str, files), *problems])
+    return told("\n".join([*map(str, files), *problems]), files)
 
 
 def _refuse_changed(steps: list[Step]) -> None:

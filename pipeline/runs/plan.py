@@ -9,7 +9,7 @@ from typing import Any
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.job import Job
-from pipeline.runs.keys import changes, content_key, plain, stage_settings
+from pipeline.runs.keys import changes, content_key, leaves, plain, stage_settings
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
 from stages.chain import GOAL, STAGES, goal_from, path_to
@@ -149,8 +149,14 @@ def _made_with(header: Header | None) -> tuple[str, ...]:
     """What the command line said that made an artifact, where the case said something else."""
     if header is None:
         return ()
-    said = {name: header.case_resolved[name.partition(".")[0]][name.partition(".")[2]] for name in header.replaced}
-    return tuple(f"{name} {said[name]}" for name, own in header.replaced.items() if said[name] != own)
+    said = {name: header.case_resolved[_parts(name)[0]][_parts(name)[1]] for name in header.replaced}
+    own = dict(leaves(header.replaced))
+    return tuple(f"{name} {value}" for name, value in leaves(said) if name not in own or own[name] != value)
+
+
+def _parts(name: str) -> tuple[str, str]:
+    section, _, key = name.partition(".")
+    return section, key
 
 
 def _stale(header: Header, version: int, settings: dict[str, Any], upstream: Step | None) -> list[str]:

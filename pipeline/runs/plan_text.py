@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from pipeline.results.json_output import result_json
 from pipeline.runs.plan import Step
+from pipeline.terminal import painted
+
+
+def told(steps: list[Step], command: str, *, reasons: bool, as_json: bool) -> str:
+    """A plan as a command prints it."""
+    return _as_json(steps, command) if as_json else as_text(steps, reasons=reasons)
 
 
 def as_text(steps: list[Step], *, reasons: bool) -> str:
     """A plan, one stage a line."""
-    return "\n".join(f"{step.stage:<10}{_word(step):<12}{_why(step, reasons)}" for step in steps)
+    width = max([9, *(len(step.stage) for step in steps)])
+    return "\n".join(f"{step.stage:<{width}} {_word(step)}{_why(step, reasons)}" for step in steps)
 
 
 def _word(step: Step) -> str:
-    return "given" if step.given else "run" if step.runs else "up to date"
+    if step.given:
+        return f"{'given':<12}"
+    return painted(f"{'run':<12}", "warn") if step.runs else painted(f"{'up to date':<12}", "pass")
 
 
 def _why(step: Step, reasons: bool) -> str:
@@ -22,7 +31,7 @@ def _why(step: Step, reasons: bool) -> str:
     return f"{step.path}{made_with}"
 
 
-def as_json(steps: list[Step], command: str) -> str:
+def _as_json(steps: list[Step], command: str) -> str:
     """A plan as JSON; its files are those that are up to date."""
     found = [
         {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons}

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-import math
+import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,45 +13,26 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
 from pipeline.results.wording import duration
+from pipeline.runs.growing_table import UPDATES, Table, load_table
+from pipeline.terminal import broken, coloured, quiet, verbose
 from stages.events import DesignUpdate, Event, LoadStep, Message
 
-COLUMNS = ("update", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi", "dt", "seconds")
-HEADING = f"{'update':>6}{'C':>12}{'C0':>12}" + "".join(f"{name:>10}" for name in (*COLUMNS[3:-1], "time/s"))
+
+class SilentDisplay:
+    """Nothing, for who wants quiet."""
+
+    #: Columns of the terminal; None where there is none.
+    width: int | None = None
+
+    def line(self, text: str) -> None:
+        """Show a line."""
+
+    def progress(self, done: float, limit: int, left: str) -> None:
+        """Show how far the work is."""
 
 
-def row(record: Mapping[str, float]) -> str:
-    """A design update as one line of a table."""
-    update, c, c0, *terms, seconds = (record.get(name, float("nan")) for name in COLUMNS)
-    return f"{update:6.0f}{c:12.6f}{c0:12.6f}" + "".join(f"{term:10.2e}" for term in terms) + f"{seconds:10.1f}"
-
-
-#: Columns of a pressure-displacement curve that are shown where a record has them: heading, factor, format.
-LOAD_COLUMNS = {
-    "load_factor": (f"{'load':>8}", 1.0, "8.4f"),
-    "T3": (f"{'T3/mm':>11}", 1.0, "11.5f"),
-    "theta2": (f"{'theta2':>9}", math.degrees(1.0), "9.4f"),
-    "elongation": (f"{'spring':>9}", 1.0, "9.4f"),
-    "energy_ratio": (f"{'energy':>9}", 1.0, "9.4f"),
-    "leak": (f"{'leak':>10}", 1.0, "10.2e"),
-    "strain_p99": (f"{'strain 99%':>12}", 1.0, "12.4f"),
-    "share_above": (f"{'above':>9}", 1.0, "9.4f"),
-    "newton": (f"{'Newton':>7}", 1.0, "7.0f"),
-}
-
-
-def load_heading(record: Mapping[str, float]) -> str:
-    """The heading of the table that :func:`load_row` makes lines of."""
-    return "".join(heading for name, (heading, _, _) in LOAD_COLUMNS.items() if name in record)
-
-
-def load_row(record: Mapping[str, float]) -> str:
-    """A point of a pressure-displacement curve as one line of a table; the angle in degrees."""
-    shown = (entry for entry in LOAD_COLUMNS.items() if entry[0] in record)
-    return "".join(format(factor * record[name], style) for name, (_, factor, style) in shown)
-
-
-class PlainDisplay:
-    """Lines on a stream that is no terminal."""
+class PlainDisplay(SilentDisplay):
+    """Lines on a stream that is no terminal; every line is progress enough."""
 
     def __init__(self, console: Console) -> None:
         self.console = console
@@ -59,9 +40,6 @@ class PlainDisplay:
     def line(self, text: str) -> None:
         """Show a line."""
         self.console.print(text, markup=False, emoji=False, highlight=False, soft_wrap=True)
-
-    def progress(self, done: float, limit: int, left: str) -> None:
-        """Every row is progress enough."""
 
 
 class LiveDisplay(PlainDisplay):
@@ -72,6 +50,15 @@ class LiveDisplay(PlainDisplay):
         self.bars, self.counted = bars, counted
         self.task: TaskID | None = None
 
+    @property
+    def width(self) -> int:  # type: ignore[override]
+        """Columns of the terminal as it is now."""
+        return self.console.width
+
+    def line(self, text: str) -> None:
+        """Show a line, broken between words."""
+        super().line(broken(text, self.width))
+
     def progress(self, done: float, limit: int, left: str) -> None:
         """Move the bar."""
         if self.task is None:
@@ -80,35 +67,54 @@ class LiveDisplay(PlainDisplay):
         self.bars.update(self.task, completed=done, total=limit, left=left, visible=not finished)
 
 
+#: Marks what the log is told that the user has seen.
+_SHOWN = {"shown": True}
+
+
+class _LogDisplay(logging.Handler):
+    """Shows the user what the log alone is told."""
+
+    def __init__(self, display: SilentDisplay) -> None:
+        super().__init__()
+        self.display = display
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record unless the user has seen it."""
+        if not hasattr(record, "shown"):
+            self.display.line(self.format(record))
+
+
 class Reporter:
     """Tells display and log what happens; its :meth:`observe` is the observer of the stages."""
 
-    def __init__(self, display: PlainDisplay, log: logging.Logger) -> None:
+    def __init__(self, display: SilentDisplay, log: logging.Logger) -> None:
         self.display = display
         self.log = log
         self._first: tuple[float, float] | None = None
         self._field = ""
+        self._loads = Table({})
 
-    def say(self, text: str) -> None:
-        """A line for the user and the log."""
-        self.display.line(text)
-        self.log.info(text)
+    def say(self, text: str, brief: str | None = None) -> None:
+        """A line for the user and the log; the user's may be a brief one. What is for the log alone goes there."""
+        self.display.line(text if brief is None else brief)
+        self.log.info(text, extra=_SHOWN)
 
     def observe(self, event: Event) -> None:
         """Show an event of a stage."""
+        width = self.display.width
         if isinstance(event, Message):
             self.say(f"  {event.text}")
         elif isinstance(event, DesignUpdate):
             if self._first is None:
-                self.say(HEADING)
-            self.say(row(event.record))
+                self.say(UPDATES.heading(), UPDATES.heading(width))
+            self.say(UPDATES.row(event.record), UPDATES.row(event.record, width))
             done = event.record["update"]
             self.display.progress(done, event.updates_limit, self._time_left(done, event.updates_limit))
         elif isinstance(event, LoadStep):
             if event.field != self._field:
-                self._field = event.field
-                self.say(load_heading(event.record))
-            self.say(load_row(event.record))
+                self._field, self._loads = event.field, load_table(event.record)
+                self.say(self._loads.heading(), self._loads.heading(width))
+            self.say(self._loads.row(event.record), self._loads.row(event.record, width))
 
     def _time_left(self, done: float, limit: int) -> str:
         """An estimate from the mean of the updates seen so far."""
@@ -126,25 +132,36 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     Raises:
         OSError: if the log cannot be written.
     """
-    console = Console(stderr=True)
+    console = Console(stderr=True, no_color=not coloured(sys.stderr))
     log = logging.getLogger(f"poro.{log_path}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    handler = logging.FileHandler(log_path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
-    log.addHandler(handler)
+    handlers: list[logging.Handler] = [logging.FileHandler(log_path, encoding="utf-8")]
+    handlers[0].setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     try:
-        if console.is_terminal:
-            columns = (
-                TextColumn("{task.description}"),
-                BarColumn(),
-                MofNCompleteColumn(),
-                TextColumn("{task.fields[left]}"),
-            )
-            with Progress(*columns, console=console, transient=True) as bars:
-                yield Reporter(LiveDisplay(console, bars, counted), log)
-        else:
-            yield Reporter(PlainDisplay(console), log)
+        with _display(console, counted) as display:
+            handlers += [_LogDisplay(display)] * verbose()
+            for handler in handlers:
+                log.addHandler(handler)
+            yield Reporter(display, log)
     finally:
-        log.removeHandler(handler)
-        handler.close()
+        for handler in handlers:
+            log.removeHandler(handler)
+            handler.close()
+
+
+@contextmanager
+def _display(console: Console, counted: str) -> Iterator[SilentDisplay]:
+    if quiet():
+        yield SilentDisplay()
+    elif console.is_terminal:
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[left]}"),
+        )
+        with Progress(*columns, console=console, transient=True) as bars:
+            yield LiveDisplay(console, bars, counted)
+    else:
+        yield PlainDisplay(console)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.exit_codes import ExitCode, Fault
-from stages.chain import PART, STAGES, Beside
+from stages.chain import PART, STAGES, Beside, renaming
 from stages.formats import FORMATS
 
 #: The folder of results in the working folder, and the one below, in that of a case.
@@ -146,8 +146,7 @@ def located(path: Path) -> Path:
 def _endings() -> Iterator[str]:
     """Patterns of all that may follow the name of a case."""
     yield re.escape(".checkpoint.h5")
-    renaming = {option.name for row in STAGES.values() for option in row.options if option.renames}
-    tags = "".join(rf"(\.{re.escape(name)}-[^/]+)?" for name in sorted(renaming))
+    tags = "".join(rf"(\.{re.escape(name)}-[^/]+)?" for name in sorted(renaming().values()))
     for row in STAGES.values():
         stems, tag = [""], tags if row.of_part else ""
         if row.makes_part:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from pipeline import terminal
 from pipeline.case.model import available_cores
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.json_output import result_json
@@ -90,7 +91,7 @@ def told(sweep: Sweep, *, as_json: bool) -> tuple[str, list[Row]]:
             for row in table
         ]
         return result_json("sweep", {"study": sweep.study.name, "cases": found}, files), table
-    return sweep_table.as_markdown(sweep, table) + "\n" + "\n".join(map(str, files)), table
+    return terminal.told(sweep_table.as_markdown(sweep, table) + "\n" + "\n".join(map(str, files)), files), table
 
 
 def refuse_ended(sweep: Sweep, variants: Iterable[Variant]) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.case import text as case_text
+from pipeline.case.changes import with_values
 from pipeline.case.model import Case, case_type, mistakes, read_bytes, read_case
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.case.writer import value_text
@@ -199,7 +200,7 @@ class _Checker:
         """Try every value alone in the case."""
         for i, value in enumerate(values):
             place = ("vary", key, i) if listed else ("vary", key)
-            found = mistakes(replaced(case.model_dump(), key, value))
+            found = mistakes(with_values(case, {key: value}))
             for _, sentence in found[:1]:
                 self.problems.append((self.document.line(place), f"vary.{sentence}"))
             if found and (not listed or "unknown key" in found[0][1]):
@@ -220,9 +221,7 @@ class _Checker:
     def variants(self, case: Case, base: Path, chosen: tuple[dict[str, Any], ...]) -> Iterator[Variant]:
         names = variant_names(base.stem, chosen)
         for name, values in zip(names, chosen, strict=True):
-            data = case.model_dump() | {"name": name}
-            for key, value in values.items():
-                data = replaced(data, key, value)
+            data = with_values(case, {"name": name, **values})
             for _, sentence in mistakes(data)[:1]:
                 self.problems.append((self.document.line(("vary",)), f"vary: {name}: {sentence}"))
             if not self.problems:
@@ -239,15 +238,6 @@ def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
         return [round(value) for value in found]
     # Six digits between the ends, so that names and files stay readable.
     return [float(low), *(float(f"{value:.6g}") for value in found[1:-1]), float(high)]
-
-
-def replaced(data: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """A case's data with the value at a dotted key, which need not exist."""
-    first, _, rest = key.partition(".")
-    if not rest:
-        return dict(data) | {first: value}
-    section = data.get(first)
-    return dict(data) | {first: replaced(section if isinstance(section, Mapping) else {}, rest, value)}
 
 
 def variant_names(stem: str, chosen: tuple[dict[str, Any], ...]) -> list[str]:
