@@ -91,7 +91,7 @@ def of_case(files: Files, *, everything: bool) -> list[Removable]:
     found = {each.path: each for each in _on_the_way(files) if each.path.exists()}
     if everything:
         own = [path for path in _in(files.folder) if files.owns(path.name) or path == files.report]
-        for path in (*own, *(path for path in _in(files.details) if not path.name.startswith("."))):
+        for path in (*own, *(path for path in _in(files.details) if path.name.startswith(f"{files.name}."))):
             found.setdefault(path, Removable(path, "result"))
     return list(found.values())
 
@@ -168,12 +168,23 @@ def cleaned(files: Files | None, found: list[Removable], *, remove: bool, as_jso
         with claimed(files) if files else contextlib.nullcontext():
             for each in found:
                 each.remove()
+        if files:
+            _remove_empty(files)
     if as_json:
         listed = [
             {"path": str(each.path), "kind": each.kind, "bytes": size} for each, size in zip(found, sizes, strict=True)
         ]
         return result_json("clean", {"removed": remove, "found": listed}, [])
     return told("\n".join(_lines(found, sizes, remove)), [each.path for each in found])
+
+
+def _remove_empty(files: Files) -> None:
+    """Remove the folders of a case in which nothing but its lock is left."""
+    if _in(files.details) == [files.lock]:
+        files.lock.unlink()
+        files.details.rmdir()
+        if not _in(files.folder):
+            files.folder.rmdir()
 
 
 def _lines(found: list[Removable], sizes: Iterable[int], removed: bool) -> Iterator[str]:

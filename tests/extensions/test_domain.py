@@ -51,7 +51,7 @@ def test_a_domain_of_another_program_goes_through_the_chain(whole: str, tmp_path
     Path("box.yaml").write_text(CASE.replace("WHOLE", whole))
     ended = poro("run", "box.yaml", *TO_PART, "--threads", "1", "--output", ".")
     assert ended.code == ExitCode.OK, ended.err
-    part = trimesh.load_mesh("box.stl")
+    part = trimesh.load_mesh("box/box.stl")
     assert part.is_watertight
     assert part.is_winding_consistent
     low, high = part.bounds

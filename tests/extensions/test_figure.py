@@ -42,7 +42,7 @@ def registered() -> Iterator[None]:
 def test_plot_draws_it_with_its_table(poro: Poro, folder: Path) -> None:
     ended = poro("plot", "tiny.h5", "--only", "histogram")
     assert ended.code == 0, ended.err
-    assert ended.out.split() == ["tiny.histogram.csv", "tiny.histogram.png"]
+    assert ended.out.split() == ["tiny/details/tiny.histogram.csv", "tiny/details/tiny.histogram.png"]
     with Image.open(folder / "tiny/details/tiny.histogram.png") as drawn:
         assert drawn.size == (400, 300)
         assert len(np.unique(np.asarray(drawn.convert("L")))) > 5

@@ -66,7 +66,7 @@ def worked(checkout: Path, results: Path) -> Path:
     """The same after that run, with its results in all places where the pages have them, and a part."""
     for folder in (checkout, checkout / "outputs", checkout / "results"):
         shutil.copytree(results, folder, dirs_exist_ok=True)
-    shutil.copy(checkout / "case14.stl", checkout / "part.stl")
+    shutil.copy(checkout / "case14/case14.stl", checkout / "part.stl")
     shutil.copy(EXAMPLE, checkout / "measured.csv")
     return checkout
 

@@ -280,7 +280,7 @@ def test_every_format_is_read(name: str, form: str, poro: Poro, tmp_path: Path) 
     assert ended.out.startswith(f"{name}: ")
     for line, finding in zip(ended.out.splitlines()[1:], Check, strict=False):
         assert re.match(rf"  (pass|warn|not applicable) +{finding.value}  +[A-Z0-9].*\.$", line), line
-    stored = json.loads((tmp_path / f"{name}.check.json").read_text(encoding="utf-8"))
+    stored = json.loads((tmp_path / f"details/{name}.check.json").read_text(encoding="utf-8"))
     assert stored["passed"]
     assert stored["settings"]["pitch"] == 0.5
     assert stored["findings"][9]["measured"]["chambers"] == pytest.approx([polygon_area(5.0) * 29.9], rel=1e-4)
@@ -290,7 +290,7 @@ def test_json_is_what_is_stored(poro: Poro, tmp_path: Path) -> None:
     written(cup(), tmp_path / "cup.stl")
     ended = poro("check", "cup.stl", "--json", "--direction", "-z", "--flat", "--wall", "2")
     assert ended.code == ExitCode.OK
-    assert ended.out == (tmp_path / "cup.stl.check.json").read_text(encoding="utf-8")
+    assert ended.out == (tmp_path / "details/cup.stl.check.json").read_text(encoding="utf-8")
     found = {finding["name"]: finding for finding in json.loads(ended.out)["findings"]}
     assert found["cups"]["verdict"] == "warn"
     assert found["walls"]["verdict"] == "warn"
@@ -308,7 +308,7 @@ def test_a_failed_check_ends_with_code_5_after_the_list(poro: Poro, tmp_path: Pa
     assert ended.err == "poro: open.stl fails: closed surface.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["open.stl"]
     assert poro("check", "open.stl").code == ExitCode.BAD_SOLID
-    assert (tmp_path / "open.stl.check.json").exists()
+    assert (tmp_path / "details/open.stl.check.json").exists()
 
 
 @pytest.mark.parametrize("name", ["part.stl", "part.3mf"])
@@ -323,7 +323,7 @@ def test_what_cannot_be_read_ends_with_code_4(name: str, content: bytes | None, 
     assert ended.out == ""
     assert ended.err.startswith(f"poro: {name}: ")
     assert ended.err.count("\n") == 1
-    assert not (tmp_path / f"{name}.check.json").exists()
+    assert not (tmp_path / f"details/{name}.check.json").exists()
 
 
 @pytest.mark.parametrize(

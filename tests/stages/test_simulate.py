@@ -132,7 +132,7 @@ def test_reruns_and_what_is_said(simulated: Path, poro: Poro) -> None:
     found = json.loads(poro("simulate", "tiny.yaml", "--output", ".", "--json").out)
     assert found["simulate"]["reached"] is True
     rows = [line.split() for line in poro("status", "tiny.yaml", "--output", ".").out.splitlines()]
-    assert ["simulate", "up", "to", "date", "tiny.simulation.h5"] in rows
+    assert ["simulate", "up", "to", "date", "tiny/details/tiny.simulation.h5"] in rows
     case = simulated / "tiny.yaml"
     case.write_text(case.read_text().replace("max_load: 1.2", "max_load: 1.1"))
     assert "settings changed: simulate.max_load 1.2 → 1.1" in poro("status", "tiny.yaml", "--output", ".").out
@@ -228,12 +228,12 @@ def test_keys_that_went_are_refused_with_what_does_their_work(key: str, poro: Po
 
 def test_designs_of_the_time_of_those_keys_are_read_and_their_simulations_are_not(simulated: Path, poro: Poro) -> None:
     """A design of hours must not be lost over keys that it never depended on."""
-    for name in ("tiny.h5", "tiny.simulation.h5"):
+    for name in ("tiny/tiny.h5", "tiny/details/tiny.simulation.h5"):
         with edited(simulated / name) as file:
             resolved = json.loads(file["case_resolved"][()])
             resolved["simulate"] |= {"fields": ["density", "thresholded"], "sharpness": 2.0, "mesh": "optimised"}
             file["case_resolved"][()] = json.dumps(resolved)
-    assert poro("optimize", "tiny.yaml", "--output", ".").err.splitlines()[-1] == "optimize: up to date (tiny.h5)"
+    assert poro("optimize", "tiny.yaml", "--output", ".").err.splitlines()[-1] == "optimize: up to date (tiny/tiny.h5)"
     assert poro("status", "tiny.h5").code == ExitCode.OK
     with edited(simulated / "tiny/details/tiny.simulation.h5") as file:
         file.attrs["stage_version"] = 2

@@ -196,7 +196,7 @@ def test_command_tells_people_and_draws_vectors(part: Path, poro: Poro) -> None:
     assert ended.code == 0, ended.err
     assert "100 layers of 0.1 mm along -x" in ended.out
     assert re.search(r"^  volume +\d+\.\d+ mm\^3 by layers", ended.out, flags=re.MULTILINE)
-    assert "<path" in (part.parent / "tube.areas.svg").read_text(encoding="utf-8")
+    assert "<path" in (part.parent / "details/tube.areas.svg").read_text(encoding="utf-8")
 
 
 def test_svg_is_the_slice_to_scale(part: Path, poro: Poro) -> None:
@@ -250,7 +250,7 @@ def test_masks_are_the_right_way_up(tmp_path: Path, poro: Poro) -> None:
     solid = Manifold.cube([4.0, 1.0, 1.0]) + Manifold.cube([1.0, 2.0, 1.0])
     path = written(surface_of(solid), tmp_path / "angle.stl")
     assert poro("slice", path, "--height", 0.5, "--format", "png", "--pixel", 1).code == 0
-    with Image.open(tmp_path / "angle.height-0.5.png") as picture:
+    with Image.open(tmp_path / "details/angle.height-0.5.png") as picture:
         np.testing.assert_array_equal(np.asarray(picture), [[1, 0, 0, 0], [1, 1, 1, 1]])
 
 

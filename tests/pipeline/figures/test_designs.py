@@ -186,13 +186,13 @@ def test_shape_is_read_where_it_is_of_this_design(folder: Path, monkeypatch: pyt
         with edited(folder / name) as file:
             file.attrs[attribute] = value
 
-    spoil("tiny.refined.h5", "upstream_identity", "of another design")
+    spoil("tiny/details/tiny.refined.h5", "upstream_identity", "of another design")
     fresh = read_design(folder / "tiny/tiny.h5").shape
     assert len(computed) == 1
     np.testing.assert_array_equal(fresh.vertices, design.shape.vertices)
     np.testing.assert_array_equal(fresh.triangles, design.shape.triangles)
-    spoil("tiny.refined.h5", "upstream_identity", design.identity)
-    spoil("tiny.solid.h5", "stage_version", mirror.VERSION + 1)
+    spoil("tiny/details/tiny.refined.h5", "upstream_identity", design.identity)
+    spoil("tiny/details/tiny.solid.h5", "stage_version", mirror.VERSION + 1)
     assert len(read_design(folder / "tiny/tiny.h5").shape.vertices)
     assert len(computed) == 2
     (folder / "tiny/details/tiny.solid.h5").write_text("text")

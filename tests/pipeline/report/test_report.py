@@ -194,7 +194,7 @@ def test_stored_findings_are_taken_only_for_the_part_they_are_of(
     stored.write_text(re.sub(r'"sha256": "\w+"', '"sha256": "of another part"', stored.read_text()))
     page = written()
     assert page.xpath("//table[@id='findings']") == []
-    assert "poro check tiny.stl" in text_of(page, "missing-table").replace(f"{folder}/", "")
+    assert "poro check tiny/tiny.stl" in text_of(page, "missing-table").replace(f"{folder}/", "")
 
 
 def test_stale_stages_are_named_with_the_reason(written: Callable[..., HtmlElement], folder: Path, poro: Poro) -> None:

@@ -17,7 +17,8 @@ from pipeline.exit_codes import ExitCode
 from pipeline.runs.claim import claimed
 from pipeline.store.files import Files
 
-FILES = ("tiny.h5", "tiny.refined.h5", "tiny.solid.h5", "tiny.stl", "tiny.stl.h5")
+TOP, DETAILS = ("tiny.h5", "tiny.stl"), ("tiny.refined.h5", "tiny.solid.h5", "tiny.stl.h5")
+FILES = (*(f"tiny/{name}" for name in TOP), *(f"tiny/details/{name}" for name in DETAILS))
 
 #: Holds the case as a run does, until it is killed.
 HOLDER = """
@@ -25,7 +26,7 @@ import time
 from pathlib import Path
 from pipeline.runs.claim import claimed
 from pipeline.store.files import Files
-with claimed(Files(Path(), "tiny", "tiny.stl")):
+with claimed(Files(Path("tiny"), "tiny", "tiny.stl")):
     print("held", flush=True)
     time.sleep(600.0)
 """
@@ -47,7 +48,7 @@ def held(folder: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def test_second_process_is_refused_and_told_who_holds_the_case(folder: Path, poro: Poro) -> None:
-    before = {name: (folder / name).read_bytes() for name in (*FILES, "tiny.log")}
+    before = {name: (folder / name).read_bytes() for name in (*FILES, "tiny/details/tiny.log")}
     with held(folder) as process:
         for command in (["run", "tiny.yaml"], ["refine", "tiny.yaml", "--force"], ["optimize", "tiny.yaml", "--fresh"]):
             ended = poro(*command, "--output", ".")
@@ -67,11 +68,11 @@ def test_reading_needs_no_claim(folder: Path, poro: Poro) -> None:
 
 
 def test_same_case_elsewhere_and_another_case_here_are_free(folder: Path) -> None:
-    (folder / "elsewhere").mkdir()
+    (folder / "elsewhere/details").mkdir(parents=True)
     with (
         held(folder),
         claimed(Files(folder / "elsewhere", "tiny", "tiny.stl")),
-        claimed(Files(folder, "tiny.b", "tiny.b.stl")),
+        claimed(Files(folder / "tiny", "tiny.b", "tiny.b.stl")),
     ):
         pass
 

@@ -19,12 +19,12 @@ HERE = ("--output", ".")
 @pytest.fixture
 def left(folder: Path) -> set[str]:
     """Names of what a finished case has left on its way, beside a part of another scale and another case."""
-    files = Files(folder, "tiny", "tiny.stl")
+    files = Files(folder / "tiny", "tiny", "tiny.stl")
     files.checkpoint.write_bytes(b"of an interrupted run")
     files.updates.mkdir()
     (files.updates / "000001.h5").write_bytes(100 * b"x")
-    cut_short = folder / ".tiny.h5.01234567.tmp"
-    for path in (cut_short, folder / "tiny.scale-2.stl", folder / "tiny2.refined.h5"):
+    cut_short = folder / "tiny/.tiny.h5.01234567.tmp"
+    for path in (cut_short, folder / "tiny/tiny.scale-2.stl", folder / "tiny/details/tiny2.refined.h5"):
         path.write_bytes(b"x")
     intermediate = [files.artifact(stage) for stage in ("refine", "mirror")]
     sidecars = [path.with_suffix(".vtkhdf") for path in intermediate]
@@ -33,7 +33,7 @@ def left(folder: Path) -> set[str]:
 
 def names(folder: Path) -> set[str]:
     """Of what is in a folder, but for the file that is locked."""
-    return {path.name for path in folder.iterdir()} - {".tiny.lock"}
+    return {path.name for path in folder.rglob("*")} - {".tiny.lock"}
 
 
 @pytest.mark.parametrize("argument", ["tiny", "tiny.yaml", "tiny.h5"])
@@ -56,18 +56,22 @@ def test_removes_what_is_left_and_keeps_design_and_parts(folder: Path, left: set
     assert {Path(entry["path"]).name for entry in found} == left
     ended = poro("clean", "tiny", *HERE, "--yes")
     assert ended.out.splitlines()[-1].startswith(f"Removed {len(left)} entries, ")
-    assert names(folder) == before - left
+    assert names(folder) == before - left - {"000001.h5"}
     assert {"tiny.h5", "tiny.stl", "tiny.stl.h5", "tiny.png", "tiny.scale-2.stl", "tiny.log"} <= names(folder)
     assert poro("clean", "tiny", *HERE).out == "Nothing to remove.\n"
 
 
-def test_all_removes_the_case_and_no_other(folder: Path, left: set[str], poro: Poro) -> None:
+def test_all_removes_the_case_and_no_other(finished: Path, folder: Path, left: set[str], poro: Poro) -> None:
     assert poro("clean", "tiny", *HERE, "--all", "--yes").code == ExitCode.OK
-    assert names(folder) == {"tiny.yaml", "tiny2.refined.h5"}
+    assert names(folder) == {"tiny.yaml", "tiny", "details", "tiny2.refined.h5"}
+    (folder / "tiny/details/tiny2.refined.h5").unlink()
+    (folder / "tiny/tiny.h5").write_bytes((finished / "tiny/tiny.h5").read_bytes())
+    assert poro("clean", "tiny", *HERE, "--all", "--yes").code == ExitCode.OK
+    assert names(folder) == {"tiny.yaml"}
 
 
 def test_a_case_that_another_process_works_on_is_left_alone(folder: Path, left: set[str], poro: Poro) -> None:
-    with claimed(Files(folder, "tiny", "")):
+    with claimed(Files(folder / "tiny", "tiny", "")):
         ended = poro("clean", "tiny", *HERE, "--yes")
     assert ended.code == ExitCode.BUSY
     assert "tiny.refined.h5" in names(folder)
@@ -77,9 +81,9 @@ def test_a_case_that_another_process_works_on_is_left_alone(folder: Path, left: 
     ("arguments", "said"),
     [
         ((), "Name a case to clean, or give --kernels."),
-        (("nosuch", *HERE), "nosuch: no case of this name left anything here; see --output."),
+        (("nosuch", *HERE), "nosuch: no case of this name left anything in nosuch; see --output."),
         (("a/b", *HERE), "name: 'a/b' may only have letters"),
-        (("tiny.stl",), "tiny.stl: this is a part, which stays"),
+        (("tiny.stl",), "tiny/tiny.stl: this is a part, which stays"),
     ],
 )
 def test_what_is_no_case_is_refused(arguments: tuple[str, ...], said: str, folder: Path, poro: Poro) -> None:

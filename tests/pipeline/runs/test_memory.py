@@ -46,7 +46,7 @@ def test_memory_that_ends_in_the_factorisation_loses_nothing(solver: str, poro: 
     Path("middle.yaml").write_text(MIDDLE % solver)
     first = poro("optimize", "middle.yaml", "--updates", 0)
     assert first.code == ExitCode.OK, first.err
-    before = Path("middle.h5").read_bytes()
+    before = Path("middle/middle.h5").read_bytes()
     ended = subprocess.run(
         [sys.executable, "-c", SHORT, "optimize", "middle.yaml", "--updates", "1"],
         env=environment(),
@@ -60,7 +60,7 @@ def test_memory_that_ends_in_the_factorisation_loses_nothing(solver: str, poro: 
     assert "memory" in last
     assert "coarser mesh" in last
     assert "Traceback" not in ended.stderr
-    assert Path("middle.h5").read_bytes() == before
+    assert Path("middle/middle.h5").read_bytes() == before
     longer = poro("optimize", "middle.yaml", "--updates", 1)
     assert longer.code == ExitCode.OK
     assert "Continuing after design update 0." in longer.err

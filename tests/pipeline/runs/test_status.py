@@ -25,14 +25,14 @@ def lines(poro: Poro) -> dict[str, str]:
 def test_simulation_made_with_an_option_is_not_stale_and_is_made_again_without_it(folder: Path, poro: Poro) -> None:
     (folder / "tiny.yaml").write_text(TINY + BRIEF)
     assert poro("simulate", "tiny.yaml", *HERE, "--max-load", 0.2, "--threads", 1).code == ExitCode.OK
-    assert lines(poro)["simulate"] == "up to date tiny.simulation.h5 (made with simulate.max_load 0.2)"
+    assert lines(poro)["simulate"] == "up to date tiny/details/tiny.simulation.h5 (made with simulate.max_load 0.2)"
     steps = json.loads(poro("status", "tiny.yaml", *HERE, "--json").out)["steps"]
     assert {step["stage"]: step["made_with"] for step in steps}["simulate"] == ["simulate.max_load 0.2"]
     # With the same option there is nothing to do; without it the case's own value is due.
     assert "simulate: up to date" in poro("simulate", "tiny.yaml", *HERE, "--max-load", 0.2).err
     again = poro("simulate", "tiny.yaml", *HERE, "--threads", 1)
     assert "simulate: settings changed: simulate.max_load 0.2 → 0.3" in again.err
-    assert lines(poro)["simulate"] == "up to date tiny.simulation.h5"
+    assert lines(poro)["simulate"] == "up to date tiny/details/tiny.simulation.h5"
 
 
 def test_result_made_with_an_option_is_stale_once_the_case_says_something_else(folder: Path, poro: Poro) -> None:
@@ -49,7 +49,7 @@ def test_result_made_with_an_option_is_stale_once_the_case_says_something_else(f
 def test_all_that_follows_a_result_made_with_an_option_is_up_to_date_too(folder: Path, poro: Poro) -> None:
     assert poro("run", "tiny.yaml", *HERE, *TO_PART, "--updates", 2, "--threads", 1).code == ExitCode.OK
     found = lines(poro)
-    assert found["optimize"] == "up to date tiny.h5 (made with optimizer.max_updates 2)"
+    assert found["optimize"] == "up to date tiny/tiny.h5 (made with optimizer.max_updates 2)"
     assert found.pop("inflate") == "run missing"
     assert all(said.startswith("up to date") for said in found.values()), found
     # The command itself goes by the case, which asks for fewer updates than there are.
@@ -65,14 +65,14 @@ def test_run_serves_the_simulation_as_any_stage(folder: Path, poro: Poro) -> Non
     (folder / "tiny.yaml").write_text(TINY + BRIEF)
     ended = poro("run", "tiny.yaml", *HERE, "--until", "simulate", "--dry-run", "--explain")
     assert [line.split() for line in ended.out.splitlines()] == [
-        ["optimize", "up", "to", "date", "tiny.h5"],
+        ["optimize", "up", "to", "date", "tiny/tiny.h5"],
         ["simulate", "run", "missing"],
     ]
-    assert poro("run", "tiny.yaml", *HERE, "--from", "simulate", "--dry-run").out.split()[-1] == "tiny.simulation.h5"
+    assert poro("run", "tiny.yaml", *HERE, "--from", "simulate", "--dry-run").out.split()[-1] == "tiny/details/tiny.simulation.h5"
     ended = poro("run", "tiny.yaml", *HERE, "--until", "simulate", "--threads", 1)
     assert ended.code == ExitCode.OK, ended.err
     for name in ("tiny.simulation.h5", "tiny.simulation.csv", "tiny.simulation.png"):
-        assert (folder / name).is_file()
+        assert (folder / "tiny/details" / name).is_file()
         assert name in ended.out
     assert "simulate" not in poro("run", "tiny.yaml", *HERE, "--dry-run").out
     (folder / "tiny.yaml").write_text(TINY + BRIEF.replace("max_load: 0.3", "max_points: 2"))

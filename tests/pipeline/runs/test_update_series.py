@@ -72,7 +72,7 @@ def test_documented_lines_read_the_last_step(folder: Path) -> None:
     document = (Path(__file__).parents[3] / "docs" / "reference" / "artifacts.md").read_text(encoding="utf-8")
     (lines,) = re.findall(r"^```python\n(.*?)^```", document, flags=re.MULTILINE | re.DOTALL)
     names: dict[str, Any] = {}
-    exec(lines.replace("outputs/quick.vtkhdf", str(folder / "tiny/tiny.vtkhdf")), names)
+    exec(lines.replace("outputs/quick/quick.vtkhdf", str(folder / "tiny/tiny.vtkhdf")), names)
     np.testing.assert_array_equal(names["last"]["chi"], steps(folder / "tiny/tiny.vtkhdf")[1.0]["chi"])
 
 
@@ -102,14 +102,14 @@ def test_interrupted_and_continued_run_has_the_updates_of_one_that_was_not(
     with monkeypatch.context() as patch:
         patch.setattr(checkpoint.Keeper, "observe", interrupted)
         _optimize(poro, 2, "parts", code=ExitCode.INTERRUPTED)
-    left = Path("parts/tiny.updates")
+    left = Path("parts/tiny/details/tiny.updates")
     assert [path.name for path in sorted(left.iterdir())] == ["000000.h5", "000001.h5", "000002.h5"]
     (left / "000001.h5").touch()
     (left / "000009.h5").write_bytes((left / "000002.h5").read_bytes())
     _optimize(poro, 2, "parts")
-    assert list(steps(Path("parts/tiny.vtkhdf"))) == [0.0, 1.0, 2.0]
+    assert list(steps(Path("parts/tiny/tiny.vtkhdf"))) == [0.0, 1.0, 2.0]
     _optimize(poro, 3, "parts")  # a finished run goes on
-    whole, parts = steps(Path("whole/tiny.vtkhdf")), steps(Path("parts/tiny.vtkhdf"))
+    whole, parts = steps(Path("whole/tiny/tiny.vtkhdf")), steps(Path("parts/tiny/tiny.vtkhdf"))
     assert list(parts) == list(whole) == [0.0, 1.0, 2.0, 3.0]
     for time, fields in whole.items():
         for name, values in fields.items():
@@ -118,17 +118,17 @@ def test_interrupted_and_continued_run_has_the_updates_of_one_that_was_not(
 
 def test_every_second_update_and_the_last_are_kept(poro: Poro, finished: Path) -> None:
     _optimize(poro, 3, more="  keep_updates: 2\n")
-    assert list(steps(Path("tiny.vtkhdf"))) == [0.0, 2.0, 3.0]
+    assert list(steps(Path("tiny/tiny.vtkhdf"))) == [0.0, 2.0, 3.0]
 
 
 def test_without_kept_updates_the_final_state_is_shown(poro: Poro, finished: Path) -> None:
     _optimize(poro, 1, more="  keep_updates: 0\n")
-    assert set(pyvista.read("tiny.vtkhdf").celltypes) == {pyvista.CellType.QUADRATIC_HEXAHEDRON}
-    assert updates.read(Path("tiny.h5")) == {}
-    assert not Path("tiny.updates").exists()
+    assert set(pyvista.read("tiny/tiny.vtkhdf").celltypes) == {pyvista.CellType.QUADRATIC_HEXAHEDRON}
+    assert updates.read(Path("tiny/tiny.h5")) == {}
+    assert not Path("tiny/details/tiny.updates").exists()
     # An artifact without them shows the last state; it goes on all the same.
     _optimize(poro, 2)
-    assert list(steps(Path("tiny.vtkhdf"))) == [1.0, 2.0]
+    assert list(steps(Path("tiny/tiny.vtkhdf"))) == [1.0, 2.0]
 
 
 def test_updates_of_another_path_are_not_mixed_in(poro: Poro, folder: Path) -> None:
