@@ -68,7 +68,8 @@ def test_run_serves_the_simulation_as_any_stage(folder: Path, poro: Poro) -> Non
         ["optimize", "up", "to", "date", "tiny/tiny.h5"],
         ["simulate", "run", "missing"],
     ]
-    assert poro("run", "tiny.yaml", *HERE, "--from", "simulate", "--dry-run").out.split()[-1] == "tiny/details/tiny.simulation.h5"
+    ended = poro("run", "tiny.yaml", *HERE, "--from", "simulate", "--dry-run")
+    assert ended.out.split()[-1] == "tiny/details/tiny.simulation.h5"
     ended = poro("run", "tiny.yaml", *HERE, "--until", "simulate", "--threads", 1)
     assert ended.code == ExitCode.OK, ended.err
     for name in ("tiny.simulation.h5", "tiny.simulation.csv", "tiny.simulation.png"):
