@@ -146,11 +146,13 @@ UPDATES = Option(
 THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per core.")
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
-SIZE = Option("--size", float, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
+SIZE = Option("--size", str, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
 PART_SCALE = Option(
     "--scale", float, "inflate", "part_scale", "Size of the part over size of the domain. Default: by their lengths."
 )
-PRESSURE = Option("--pressure", str, "inflate", "pressure", "p_in on the print of --youngs, with its unit: '20 kPa'.")
+PRESSURE = Option(
+    "--pressure", str, "inflate", "pressure", "p_in on the print of --youngs, kPa, or with a unit: '3 psi'."
+)
 BLOCKED = Option("--blocked", bool, "inflate", "blocked", "Also compute the force at the arm's end if that is held.")
 AXIS = Option(
     "--axis", str, "inflate", "axis", "Axis between the end faces that plates are glued on.", dict.fromkeys("xyz")
@@ -161,8 +163,8 @@ MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure
 
 def youngs(meaning: str = "") -> Option:
     """The option for the stiffness of a print; ``meaning`` is what it is good for."""
-    help = f"Young's modulus of the print, N/mm²{f': {meaning}' if meaning else ''}."
-    return Option("--youngs", float, "rig", "youngs_modulus", help)
+    help = f"Young's modulus of the print, N/mm², or with a unit, '70 kPa'{f': {meaning}' if meaning else ''}."
+    return Option("--youngs", str, "rig", "youngs_modulus", help)
 
 
 STAGES: Registry[Stage] = Registry("stage")

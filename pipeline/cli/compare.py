@@ -19,7 +19,7 @@ def compare(
     case: Source,
     measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="Recorded test (.csv).")],
     scale: Annotated[float | None, typer.Option(SCALE.flag, help=SCALE.help)] = None,
-    modulus: Annotated[float | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
+    modulus: Annotated[str | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
     prediction: Annotated[
         PredictionName | None,
         typer.Option("--prediction", help="Curve to compare with. Default: as printed if it is there, else density."),

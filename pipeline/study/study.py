@@ -7,13 +7,15 @@ import hashlib
 import itertools
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pipeline.case import text as case_text
-from pipeline.case.model import Case, case_type, mistakes, read_bytes, read_case
+from pipeline.case.model import Case, case_data, examined, mistakes, read_bytes, read_case
+from pipeline.case.quantities import without_other
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.case.writer import value_text
 from pipeline.exit_codes import ExitCode, Fault, shown
@@ -167,7 +169,7 @@ class _Checker:
         for i, value in enumerate(wanted):
             if isinstance(value, list | dict):
                 self.wrong(("vary", key, i), "must be a single value; remove the brackets")
-            elif any(value == other and type(value) is type(other) for other in wanted[:i]):
+            elif any(_in_a_name(value) == _in_a_name(other) and type(value) is type(other) for other in wanted[:i]):
                 self.wrong(("vary", key, i), f"{shown(value)} is there twice; remove one of them")
         return wanted
 
@@ -199,7 +201,7 @@ class _Checker:
         """Try every value alone in the case."""
         for i, value in enumerate(values):
             place = ("vary", key, i) if listed else ("vary", key)
-            found = mistakes(replaced(case.model_dump(), key, value))
+            found = mistakes(replaced(case_data(case), key, value))
             for _, sentence in found[:1]:
                 self.problems.append((self.document.line(place), f"vary.{sentence}"))
             if found and (not listed or "unknown key" in found[0][1]):
@@ -220,13 +222,14 @@ class _Checker:
     def variants(self, case: Case, base: Path, chosen: tuple[dict[str, Any], ...]) -> Iterator[Variant]:
         names = variant_names(base.stem, chosen)
         for name, values in zip(names, chosen, strict=True):
-            data = case.model_dump() | {"name": name}
+            data = case_data(case) | {"name": name}
             for key, value in values.items():
                 data = replaced(data, key, value)
-            for _, sentence in mistakes(data)[:1]:
+            made, wrong = examined(data)
+            for _, sentence in wrong[:1]:
                 self.problems.append((self.document.line(("vary",)), f"vary: {name}: {sentence}"))
-            if not self.problems:
-                yield Variant(values, case_type().model_validate(data, strict=True))
+            if made and not self.problems:
+                yield Variant(values, made)
 
 
 def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
@@ -242,12 +245,21 @@ def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
 
 
 def replaced(data: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """A case's data with the value at a dotted key, which need not exist."""
+    """A case's data with the value at a dotted key, which need not exist, and without what says the same."""
+    return _set(without_other(data, key), key, value)
+
+
+def _set(data: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
     first, _, rest = key.partition(".")
     if not rest:
         return dict(data) | {first: value}
     section = data.get(first)
-    return dict(data) | {first: replaced(section if isinstance(section, Mapping) else {}, rest, value)}
+    return dict(data) | {first: _set(section if isinstance(section, Mapping) else {}, rest, value)}
+
+
+def _in_a_name(value: Any) -> str:
+    """A value in a file name, ``10kPa`` and ``0.05N-mm``."""
+    return re.sub(r"[^A-Za-z0-9._-]", "", value_text(value).replace("/", "-"))
 
 
 def variant_names(stem: str, chosen: tuple[dict[str, Any], ...]) -> list[str]:
@@ -256,8 +268,7 @@ def variant_names(stem: str, chosen: tuple[dict[str, Any], ...]) -> list[str]:
     last = [key.rpartition(".")[2] for key in keys]
     short = {key: name if last.count(name) == 1 else key for key, name in zip(keys, last, strict=True)}
     names = [
-        ".".join([stem, *(f"{short[key]}-{value_text(value).replace('+', '')}" for key, value in values.items())])
-        for values in chosen
+        ".".join([stem, *(f"{short[key]}-{_in_a_name(value)}" for key, value in values.items())]) for values in chosen
     ]
     if max(map(len, names), default=0) <= 100:
         return names

@@ -22,7 +22,6 @@ from pipeline.results.inflation import Inflation, read_states
 from pipeline.runs.progress import Reporter
 from pipeline.store import artifact, contents
 from stages.events import Event, LoadStep
-from stages.units import PRESSURES, in_kpa
 
 
 def write(solid: Manifold, path: Path) -> Path:
@@ -257,15 +256,3 @@ def test_figures_show_the_part_bent_and_the_curve(poro: Poro) -> None:
     assert blue[700:].mean() > 0.05
     with Image.open("tube.inflation.png") as drawn:
         assert drawn.size[0] > 1000
-
-
-@pytest.mark.parametrize("unit", PRESSURES)
-def test_units_of_a_pressure(unit: str) -> None:
-    assert in_kpa(f"2e1 {unit}") == pytest.approx(20.0 * PRESSURES[unit])
-    assert in_kpa(f"20{unit}") == in_kpa(f" 20.0  {unit} ")
-
-
-@pytest.mark.parametrize("text", ["20", "kPa", "1,5 bar", "20 mPa", "", "20 kPa absolute"])
-def test_what_is_no_pressure_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="must be a number with one of the units"):
-        in_kpa(text)

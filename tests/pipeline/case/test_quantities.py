@@ -1,0 +1,116 @@
+"""Quantities with units in a case, and those in place of ratios."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import Poro
+
+import poro as door
+from pipeline.case.model import Case, read_case
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.runs.keys import content_key, plain, stage_settings
+from stages.chain import STAGES
+
+#: One actuator of a soft silicone, in the words of the bench and in those of the paper.
+BENCH = """
+domain: {radius: 0.6 in, length: 1.5 cm}
+material: {youngs_modulus: 70 kPa}
+load: {pressure: 0.2 psi, arm_length: 6 cm, spring_stiffness: 2 N/m}
+objective: {interface_width: 3000 µm}
+refine: {filter_radius: 0.1 mm}
+inflate: {size: 2.5 mm, pressure: 30 mbar}
+rig: {youngs_modulus: 70000 Pa, spring_modulus: 200 GPa}
+"""
+R, E = 15.24, 0.07
+RATIOS = f"""
+domain: {{radius: {R}, length: 15.0}}
+material: {{youngs_modulus: {E}}}
+load: {{pressure_ratio: {0.2 * 6.894757293168361e-3 / E!r}, arm_ratio: {60.0 / R!r}, spring_ratio: {0.001 * 60.0**2 / (E * R**3)!r}}}
+objective: {{interface_width: 3.0}}
+refine: {{filter_radius: 0.1}}
+inflate: {{size: 2.5, pressure: 3.0}}
+rig: {{youngs_modulus: 0.07, spring_modulus: 2.0e+5}}
+"""
+
+
+def case_of(text: str) -> Case:
+    """The case of a text."""
+    Path("case.yaml").write_text(text, encoding="utf-8")
+    return read_case(Path("case.yaml"))[0]
+
+
+def test_a_case_with_units_is_the_one_with_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    bench, ratios = case_of(BENCH), case_of(RATIOS)
+    assert vars(bench.load) == pytest.approx(vars(ratios.load), rel=1e-12)
+    assert bench.model_copy(update={"load": ratios.load}) == ratios
+
+
+def test_round_quantities_have_the_keys_of_round_ratios(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    shipped = read_case(Path(__file__).parents[3] / "configs" / "case14.yaml")[0]
+    load = "load: {pressure: 54.72 kPa, arm_length: 6 cm, spring_stiffness: 82.08 N/m}"
+    same = door.with_changes(case_of(f"{load}\nexport: {{scale: 1.5}}\n"), {"name": "case14"})
+    assert same == shipped
+    keys = [content_key("optimize", 1, stage_settings(plain(case), "optimize")) for case in (same, shipped)]
+    assert keys[0] == keys[1]
+    assert set(plain(same)["load"]) == {"pressure_ratio", "arm_ratio", "spring_ratio"}
+    assert "load" in STAGES["optimize"].sections
+
+
+MISTAKES = {
+    "load:\n  pressure: 10 kPa\n  pressure_ratio: 0.02\n": (
+        2,
+        "load.pressure: says the same as load.pressure_ratio; remove",
+    ),
+    "load:\n  arm_length: 6 cm\n  arm_ratio: 4.0\n": (2, "load.arm_length: says the same as load.arm_ratio; remove"),
+    "load:\n  pressure: 10 mm\n": (
+        2,
+        "load.pressure: must be a pressure, and '10 mm' is a length; write it as in '20 kPa'",
+    ),
+    "load:\n\n  spring_stiffness: 3 N\n": (
+        3,
+        "load.spring_stiffness: must be a stiffness, and '3 N' is something else",
+    ),
+    "load:\n  pressure: -1 kPa\n": (2, "load.pressure: as pressure_ratio it must be at least 0"),
+    "load:\n  arm_length: 0\n": (2, "load.arm_length: must be greater than 0"),
+    "load:\n  pressure: high\n": (2, "load.pressure: must be a pressure, not 'high'; write a number with its unit"),
+    "load:\n  pressure: [1.0]\n": (2, "load.pressure: must be a pressure, not a list; write it as in '20 kPa'"),
+    "load:\n  pressure_ratio: 10 kPa\n": (
+        2,
+        "load.pressure_ratio: is a number without a unit; write 'pressure: 10 kPa'",
+    ),
+    "material:\n  pressure: 10 kPa\n": (2, "material.pressure: unknown key here; it belongs below 'load:'"),
+    "material:\n  youngs_modulus: 7 cm\n": (
+        2,
+        "material.youngs_modulus: must be a stress or modulus, and '7 cm' is a length",
+    ),
+    "domain:\n  radius: 10 kPa\n": (
+        2,
+        "domain.radius: must be a length, and '10 kPa' is a pressure; write it as in '15 mm'",
+    ),
+    "domain:\n  radius: 15 mn\n": (2, "domain.radius: must be a length, and 'mn' is no unit; write it as in '15 mm'"),
+    "domain:\n  radius: -1.5 cm\n": (2, "domain.radius: must be greater than 0, not -15.0; change the value"),
+}
+
+
+@pytest.mark.parametrize("text", MISTAKES)
+def test_mistakes_give_one_sentence_with_line_key_and_remedy(text: str, poro: Poro) -> None:
+    Path("bad.yaml").write_text(text)
+    ended = poro("run", "bad.yaml", "--dry-run")
+    line, part = MISTAKES[text]
+    assert ended.code == ExitCode.USAGE
+    assert ended.err.startswith(f"poro: bad.yaml:{line}: {part}")
+    assert ended.err.count("\n") == 1
+
+
+def test_changes_keep_what_is_given_as_a_quantity() -> None:
+    case = door.make_case(material={"youngs_modulus": "1 MPa"}, load={"pressure": "20 kPa"})
+    assert door.with_changes(case, {"material.youngs_modulus": "0.5 MPa"}).load.pressure_ratio == 0.04
+    assert door.with_changes(case, {"load.pressure": "10 kPa"}).load.pressure_ratio == 0.01
+    assert door.with_changes(case, {"load.pressure_ratio": 0.03}).load.pressure_ratio == 0.03
+    assert door.with_changes(case, {"load.pressure": 10}).load.pressure_ratio == 0.01
+    with pytest.raises(Fault, match=r"says the same as load\.arm_ratio"):
+        door.make_case(load={"arm_length": "6 cm", "arm_ratio": 4.0})
