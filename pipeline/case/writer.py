@@ -19,7 +19,9 @@ from stages.units import unit_of
 SCHEMA_FILE = "case.schema.json"
 #: Width of what stands before a comment.
 COMMENTS = 36
-UNITS = "# Units: mm, N, MPa = N/mm², s; [-] is a number without a unit. A value may have a unit of its own: 1.5 cm, 70 kPa."
+UNITS = (
+    "# Units: mm, N, MPa = N/mm², s, or those that stand behind a value, as in 70 kPa; [-] is a number without a unit."
+)
 
 
 def case_text(case: Case, head: str, schema: str | None = None) -> str:

@@ -24,10 +24,11 @@ inflate: {size: 2.5 mm, pressure: 30 mbar}
 rig: {youngs_modulus: 70000 Pa, spring_modulus: 200 GPa}
 """
 R, E = 15.24, 0.07
+SPRING = 0.001 * 60.0**2 / (E * R**3)
 RATIOS = f"""
 domain: {{radius: {R}, length: 15.0}}
 material: {{youngs_modulus: {E}}}
-load: {{pressure_ratio: {0.2 * 6.894757293168361e-3 / E!r}, arm_ratio: {60.0 / R!r}, spring_ratio: {0.001 * 60.0**2 / (E * R**3)!r}}}
+load: {{pressure_ratio: {0.2 * 6.894757293168361e-3 / E!r}, arm_ratio: {60.0 / R!r}, spring_ratio: {SPRING!r}}}
 objective: {{interface_width: 3.0}}
 refine: {{filter_radius: 0.1}}
 inflate: {{size: 2.5, pressure: 3.0}}
