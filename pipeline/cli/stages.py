@@ -5,13 +5,17 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from pipeline.cli.options import Force, Fresh, Json, OfCase, Output, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
+
+if TYPE_CHECKING:
+    from pipeline.runs.job import Job
+    from pipeline.runs.plan import Step
 
 Command = Callable[..., None]
 
@@ -86,7 +90,7 @@ def run_command() -> Command:
         forced = (first or path_to(GOAL)[0]) if force else None
         steps = commands.plan(job, first=first, last=last, forced=forced)
         if dry_run:
-            typer.echo(plan_text.as_json(steps, "run") if as_json else plan_text.as_text(steps, reasons=explain))
+            _show_plan(job, steps, "run", as_json=as_json, reasons=explain)
             return
         if explain:
             typer.echo(plan_text.as_text(steps, reasons=True), err=True)
@@ -119,10 +123,20 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     The commands that run stages go by the case file and their own options: without the option they make it again.
     """
     from pipeline.runs import perform as commands
+
+    job = commands.open_job(case, output)
+    _show_plan(job, commands.status(job), "status", as_json=as_json, reasons=True)
+
+
+def _show_plan(job: Job, steps: list[Step], command: str, *, as_json: bool, reasons: bool) -> None:
+    """Print a plan, and on standard error what is to be said of the case."""
+    from pipeline.case.remarks import remarks
     from pipeline.runs import plan_text
 
-    steps = commands.status(commands.open_job(case, output))
-    typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
+    warnings = remarks(job.case)
+    typer.echo(plan_text.as_json(steps, command, warnings) if as_json else plan_text.as_text(steps, reasons=reasons))
+    for sentence in warnings:
+        typer.echo(f"warning: {sentence}", err=True)
 
 
 def _tell(text: str, fault: Fault | None) -> None:

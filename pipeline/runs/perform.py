@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.case.remarks import remarks
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.results import summary
 from pipeline.results.json_output import result_json
@@ -16,6 +18,7 @@ from pipeline.runs.execution import Execution, Unfit
 from pipeline.runs.job import Job, make_folder, open_job
 from pipeline.runs.plan import Step, plan, status
 from pipeline.runs.progress import reporting
+from pipeline.runs.rig_sheet import as_told, part_units
 from pipeline.store.artifact import program_version
 from stages.chain import STAGES
 
@@ -36,11 +39,14 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         MemoryError: if the mesh is too large.
         KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
     """
+    warnings = remarks(job.case)
     memory.refuse_too_large(job, [step.stage for step in steps if step.runs])
     make_folder(job.files.folder)
     with claimed(job.files), reporting(job.files.log) as reporter:
         _refuse_changed(steps)
         reporter.log.info("poro %s: %s", program_version(), job.argument)
+        for sentence in warnings:
+            reporter.say(f"warning: {sentence}")
         execution = Execution(job, reporter, fresh)
         written: list[Path] = []
         said: dict[str, beside.Said] = {}
@@ -68,10 +74,12 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
             raise unexpected(error, job.files.log) from error
     files = [*(_result(job, step) for step in done if not step.given), *written]
     name, summaries = job.case.name, execution.summaries
+    rig = part_units(job, summaries.get("inflate"))
     fault = fault or _shortfall(done[-1], summaries[done[-1].stage])
     if as_json:
-        return result_json(command, summary.as_json(name, summaries, said), files), fault
-    return summary.as_text(name, summaries, beside.lines(said), files), fault
+        found = {"warnings": warnings} | summary.as_json(name, summaries, rig, said)
+        return result_json(command, found, files), fault
+    return summary.as_text(name, summaries, rig, beside.lines(said), files), fault
 
 
 def _shortfall(step: Step, found: Mapping[str, Any]) -> Fault | None:
@@ -92,7 +100,9 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     from pipeline.figures.designs import plot_design  # loads drawing libraries
     from pipeline.results.design import read_design
 
-    design = read_design(job.artifact("optimize"))
+    design, case = read_design(job.artifact("optimize")), as_told(job).case
+    # Figures that show lengths of the part have those that its sheet has.
+    design = replace(design, case=design.case.model_copy(update={"rig": case.rig, "export": case.export}))
     make_folder(job.files.folder)
     files, problems = plot_design(design, job.files.folder, format, only)
     if as_json:

@@ -22,11 +22,11 @@ def _why(step: Step, reasons: bool) -> str:
     return f"{step.path}{made_with}"
 
 
-def as_json(steps: list[Step], command: str) -> str:
-    """A plan as JSON; its files are those that are up to date."""
+def as_json(steps: list[Step], command: str, warnings: list[str]) -> str:
+    """A plan as JSON, with what is to be said of its case; its files are those that are up to date."""
     found = [
         {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons}
         | {"made_with": step.made_with, "path": str(step.path)}
         for step in steps
     ]
-    return result_json(command, {"steps": found}, [step.path for step in steps if not step.runs])
+    return result_json(command, {"warnings": warnings, "steps": found}, [step.path for step in steps if not step.runs])
