@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import Poro
 
 import poro as door
 from pipeline.case.model import Case, read_case
+from pipeline.case.remarks import remarks
+from pipeline.case.shipped import shipped_names
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.keys import content_key, plain, stage_settings
 from stages.chain import STAGES
@@ -115,3 +119,43 @@ def test_changes_keep_what_is_given_as_a_quantity() -> None:
     assert door.with_changes(case, {"load.pressure": 10}).load.pressure_ratio == 0.01
     with pytest.raises(Fault, match=r"says the same as load\.arm_ratio"):
         door.make_case(load={"arm_length": "6 cm", "arm_ratio": 4.0})
+
+
+REMARKS: list[tuple[dict[str, Any], list[str]]] = [
+    ({}, []),
+    ({"material": {"youngs_modulus": "70 kPa"}, "load": {"pressure": "1 kPa"}}, []),
+    ({"load": {"pressure_ratio": 10.0}}, ["load: p_in / E is 10, 500 times the paper's 0.02"]),
+    ({"load": {"pressure_ratio": 2.0e-5}}, ["0.001 times the paper's 0.02; hardly anything moves: check the units"]),
+    ({"load": {"pressure": "10 kPa"}}, ["load.pressure: counts with the paper's E, 2.736 N/mm²"]),
+    (
+        {"material": {"youngs_modulus": 1.0}, "load": {"pressure": 20}, "rig": {"youngs_modulus": 0.5}},
+        ["on the print of rig.youngs_modulus, 0.5 N/mm², it is 10 kPa"],
+    ),
+    ({"domain": {"core_cells": 2, "rings": 1}}, ["interface_width: is 0.64 cells of 4.7 mm, 1 to 10 were tried"]),
+    ({"domain": {"layers": 2}}, ["interface_width: is 0.4 cells of 7.5 mm", "raise domain.layers"]),
+    ({"domain": {"length": 150.0}}, ["objective.interface_width: is 0.36 cells of 8.33 mm"]),
+    ({"domain": {"layers": 1000}}, ["interface_width: is 2e+02 cells", "cells are 0.015 mm long and 0.818 mm wide"]),
+    ({"objective": {"strain_limit": 14.0}}, ["14 % is written 0.14"]),
+    ({"material": {"poisson_ratio": 0.3}}, ["material.poisson_ratio: is 0.3"]),
+]
+
+
+@pytest.mark.parametrize(("sections", "parts"), REMARKS)
+def test_what_is_far_from_what_was_tried_is_remarked_on(sections: dict[str, Any], parts: list[str]) -> None:
+    said = "\n".join(remarks(door.make_case(**sections)))
+    assert all(part in said for part in parts), said
+    assert bool(said) == bool(parts)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_nothing_is_to_be_said_of_shipped_cases(name: str) -> None:
+    assert not remarks(door.read_case(name))
+
+
+def test_remarks_are_told_and_go_on(poro: Poro) -> None:
+    Path("own.yaml").write_text("material: {youngs_modulus: 70 kPa}\nload: {pressure: 10 kPa}\n")
+    for command in (("run", "own.yaml", "--dry-run"), ("status", "own.yaml")):
+        ended = poro(*command)
+        assert ended.code == ExitCode.OK
+        assert ended.err.startswith("warning: load: p_in / E is 0.143, 7.14 times the paper's 0.02; ")
+        assert len(json.loads(poro(*command, "--json").out)["warnings"]) == 1
