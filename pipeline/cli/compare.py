@@ -62,8 +62,9 @@ def compare(
     from pipeline.measured.comparison_text import as_text
     from pipeline.measured.measurement import read_measurement
     from pipeline.runs import perform as commands
+    from pipeline.runs.rig_sheet import as_told
 
-    job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus})
+    job = as_told(commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus}))
     columns = {
         Quantity.PRESSURE: pressure_column,
         Quantity.DISPLACEMENT: displacement_column,

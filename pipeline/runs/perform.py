@@ -47,6 +47,8 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         reporter.log.info("poro %s: %s", program_version(), job.argument)
         for sentence in warnings:
             reporter.say(f"warning: {sentence}")
+        if (scale := job.case.export.scale) != 1.0 and any(STAGES[step.stage].after and step.runs for step in steps):
+            reporter.say(f"On the way lengths are in the size of the case; the part is {scale:g} times as large.")
         execution = Execution(job, reporter, fresh)
         written: list[Path] = []
         said: dict[str, beside.Said] = {}
