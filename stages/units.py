@@ -70,8 +70,9 @@ def counted(value: Any, unit: str) -> Any:
     Raises:
         ValueError: if text is neither a number nor such a quantity, as the end of a sentence.
     """
-    # Whether a number may be written as text is for others to say.
-    return quantity(value, unit) if isinstance(value, str) and not _is_number(value) else value
+    # Of words, and of numbers written as text, others say what is wrong.
+    begins = isinstance(value, str) and bool(re.match(r"\s*[-+]?\.?[0-9]", value))
+    return quantity(value, unit) if begins and not _is_number(value) else value
 
 
 def is_quantity(value: Any) -> bool:

@@ -81,7 +81,7 @@ MISTAKES = {
     ),
     "load:\n  pressure: -1 kPa\n": (2, "load.pressure: as pressure_ratio it must be at least 0"),
     "load:\n  arm_length: 0\n": (2, "load.arm_length: must be greater than 0"),
-    "load:\n  pressure: high\n": (2, "load.pressure: must be a pressure, not 'high'; write a number with its unit"),
+    "load:\n  pressure: high\n": (2, "load.pressure: must be a pressure, not the text 'high'; write it as in '20 kPa'"),
     "load:\n  pressure: [1.0]\n": (2, "load.pressure: must be a pressure, not a list; write it as in '20 kPa'"),
     "load:\n  pressure_ratio: 10 kPa\n": (
         2,
