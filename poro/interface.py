@@ -28,7 +28,7 @@ import stages.rig
 import stages.simulate
 import stages.slices
 from pipeline.case.changes import changed
-from pipeline.case.model import Case, case_type, find_case, mistakes
+from pipeline.case.model import Case, examined, find_case
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
 from pipeline.measured.comparison import prediction_of
@@ -102,7 +102,7 @@ def make_case(**sections: Any) -> Case:
 
 
 def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:
-    """A case with other values: ``with_changes(case, {"load.pressure_ratio": 0.01, "name": "softer"})``.
+    """A case with other values: ``with_changes(case, {"load.pressure": "10 kPa", "name": "softer"})``.
 
     Args:
         case: is not changed itself.
@@ -115,9 +115,10 @@ def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:
 
 
 def _checked(data: dict[str, Any]) -> Case:
-    if wrong := mistakes(data):
+    case, wrong = examined(data)
+    if case is None:
         raise Fault(ExitCode.USAGE, "\n".join(f"{sentence}." for _, sentence in wrong))
-    return case_type().model_validate(data, strict=True)
+    return case
 
 
 def _compute(case: Case, threads: int | None) -> stages.optimize.Compute:

@@ -12,6 +12,7 @@ more row::
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
@@ -20,6 +21,7 @@ from actuator.registry import Registry
 from stages.formats import FORMATS
 
 if TYPE_CHECKING:  # settings and arrays: `poro --help` needs neither
+    from stages.rig import RigUnits
     from stages.section import Section
     from stages.task import Need, StageModule
 
@@ -89,6 +91,7 @@ class Stage:
         after: the stage on whose artifact it works; none if empty.
         options: of its command, beside those that all have.
         recorded_only: keys of its sections that say what is kept beside the result, not what the result is.
+        only_with: keys of its sections that count only where another key is set, with that key.
         extent: keys that say how far a run goes, not which path it takes: longer runs continue shorter ones. Only the
             optimisation has any.
         makes_part: whether it makes a file of its own, whose format is the key ``format`` of its section.
@@ -103,6 +106,7 @@ class Stage:
     after: str = ""
     options: tuple[Option, ...] = ()
     recorded_only: tuple[str, ...] = ()
+    only_with: Mapping[str, str] = field(default_factory=dict)
     extent: tuple[str, ...] = ()
     makes_part: bool = False
     beside: tuple[Beside, ...] = ()
@@ -121,14 +125,19 @@ class Stage:
         """Whether it works on the part that the stage before it makes."""
         return bool(self.after) and STAGES[self.after].makes_part
 
-    def verdict(self, summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """What a user reads first of all of a summary, names and values: whether the result is any good."""
-        verdict: list[tuple[str, str]] = self._call("verdict", [], summary)
+    def verdict(self, summary: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
+        """What a user reads first of all of a summary, names and values: whether the result is any good.
+
+        Args:
+            summary: of the stage.
+            rig: turns numbers of the case into those of the part; a function without lengths and forces takes none.
+        """
+        verdict: list[tuple[str, str]] = self._call("verdict", [], summary, rig)
         return verdict
 
-    def lines(self, summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """What a user reads of a summary besides, names and values."""
-        lines: list[tuple[str, str]] = self._call("lines", [], summary)
+    def lines(self, summary: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
+        """What a user reads of a summary besides, names and values; arguments as of :meth:`verdict`."""
+        lines: list[tuple[str, str]] = self._call("lines", [], summary, rig)
         return lines
 
     def needs(self, case: Any) -> Need | None:
@@ -142,9 +151,9 @@ class Stage:
         return shortfall
 
     def _call(self, function: str, default: Any, *arguments: Any) -> Any:
-        """The result of a function that the module may have."""
+        """The result of a function that the module may have, called with as many arguments as it takes."""
         found = getattr(self.load(), function, None)
-        return found(*arguments) if found else default
+        return found(*arguments[: len(inspect.signature(found).parameters)]) if found else default
 
 
 UPDATES = Option(
@@ -153,11 +162,13 @@ UPDATES = Option(
 THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per core.")
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
-SIZE = Option("--size", float, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
+SIZE = Option("--size", str, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
 PART_SCALE = Option(
     "--scale", float, "inflate", "part_scale", "Size of the part over size of the domain. Default: by their lengths."
 )
-PRESSURE = Option("--pressure", str, "inflate", "pressure", "p_in on the print of --youngs, with its unit: '20 kPa'.")
+PRESSURE = Option(
+    "--pressure", str, "inflate", "pressure", "p_in on the print of --youngs, kPa, or with a unit: '3 psi'."
+)
 BLOCKED = Option("--blocked", bool, "inflate", "blocked", "Also compute the force at the arm's end if that is held.")
 AXIS = Option(
     "--axis", str, "inflate", "axis", "Axis between the end faces that plates are glued on.", dict.fromkeys("xyz")
@@ -168,8 +179,8 @@ MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure
 
 def youngs(meaning: str = "") -> Option:
     """The option for the stiffness of a print; ``meaning`` is what it is good for."""
-    help = f"Young's modulus of the print, N/mm²{f': {meaning}' if meaning else ''}."
-    return Option("--youngs", float, "rig", "youngs_modulus", help)
+    help = f"Young's modulus of the print, N/mm², or with a unit, '70 kPa'{f': {meaning}' if meaning else ''}."
+    return Option("--youngs", str, "rig", "youngs_modulus", help)
 
 
 RIG = Beside("rig", ".rig.md", settings="stages.rig", on_top=True)
@@ -234,6 +245,8 @@ for _row in (
         suffix=".inflation.h5",
         sections=("inflate", "domain", "material", "load", "objective", "rig"),
         after="export",
+        # Without a pressure of its own the print's modulus only scales what is shown.
+        only_with={"rig.youngs_modulus": "inflate.pressure"},
         options=(
             SIZE,
             INFLATE_TO,

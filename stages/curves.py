@@ -18,6 +18,7 @@ from stages.datasets import QUADRATIC_HEXAHEDRON, Dataset, GridPaths, Packed, no
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from stages.response import Response
+    from stages.rig import RigUnits
 
 #: Units of the columns of a pressure-displacement curve; the others are numbers without a unit.
 UNITS = {"pressure": "N/mm^2", "T1": "mm", "T3": "mm", "theta2": "rad", "elongation": "mm"}
@@ -72,15 +73,17 @@ def pack(result: Result) -> Packed:
     return Packed(result.summary, datasets, grid)
 
 
-def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What a user reads of the summary of a simulation."""
+def lines(found: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
+    """What a user reads of the summary of a simulation, with lengths of the case and of the part."""
     text = [("at p_in", f"{'T3/mm':>10}{'theta2/deg':>12}{'spring/mm':>11}{'energy':>9}{'leak':>10}")]
     if at := found["at_target"]:
         moved = f"{at['T3']:10.4f}{math.degrees(at['theta2']):12.4f}{at['elongation']:11.4f}"
         text.append(("density", f"{moved}{at['energy_ratio']:9.4f}{at['leak']:10.2e}"))
+        if rig.scale != 1.0:
+            text.append(("of the part", f"{rig.millimetres(at['T3']):10.4f}{rig.millimetres(at['elongation']):23.4f}"))
     else:
         text.append(("density", f"not reached; largest load factor {found['largest_load']:.4g}"))
-    return text + [("", sentence) for sentence in sentences(found)]
+    return text + [("", sentence) for sentence in sentences(found, rig)]
 
 
 def shortfall(found: Mapping[str, Any], path: str) -> str:
@@ -90,7 +93,7 @@ def shortfall(found: Mapping[str, Any], path: str) -> str:
     return "" if found["complete"] else f"The curve is in {path} as far as it goes. {found['ended']}"
 
 
-def sentences(found: Mapping[str, Any]) -> list[str]:
+def sentences(found: Mapping[str, Any], rig: RigUnits) -> list[str]:
     """What a summary says besides the figures at p_in."""
     said = []
     if found["difference"]:
@@ -98,7 +101,7 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
         answer = "is reached" if found["reached"] else "is NOT the one that is reached"
         said.append(f"the optimised state {answer} (relative differences: {figures})")
     if found["limit_points"]:
-        said += [_limit(limit) for limit in found["limit_points"][:SHOWN]]
+        said += [_limit(limit, rig) for limit in found["limit_points"][:SHOWN]]
         if (more := len(found["limit_points"]) - SHOWN) > 0:
             said.append(f"and {more} more limit points")
     else:
@@ -113,8 +116,10 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
     return said
 
 
-def _limit(limit: Mapping[str, Any]) -> str:
+def _limit(limit: Mapping[str, Any], rig: RigUnits) -> str:
     way = "up" if limit["loading"] else "down"
     text = f"limit point, a {limit['kind']}, at a load factor of {limit['load_factor']:.5g} on the way {way}"
     jump = limit["jump_to"]
-    return text if jump is None else f"{text}: T3 would jump from {limit['T3']:.4f} to {jump['T3']:.4f} mm"
+    if jump is None:
+        return text
+    return f"{text}: T3 would jump from {limit['T3']:.4f} mm to {rig.both_lengths(jump['T3'], 4)}"

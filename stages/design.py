@@ -25,6 +25,7 @@ from stages.datasets import (
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
+    from stages.rig import RigUnits
 
 #: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
 HISTORY = {
@@ -146,14 +147,14 @@ def _updates(domain: Domain, kept: Kept) -> dict[str, Dataset]:
     }
 
 
-def lines(design: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What a user reads of the summary of an optimisation."""
+def lines(design: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
+    """What a user reads of the summary of an optimisation, with lengths of the case and of the part."""
     return [
         ("ended", design["reason"]),
         ("C0", f"{design['terms']['C0']:.6f}   (total objective C {design['C']:.6f})"),
-        ("T3", f"{design['T3']:.4f} mm"),
+        ("T3", rig.both_lengths(design["T3"], 4)),
         ("theta2", f"{math.degrees(design['theta2']):.3f} degrees"),
-        ("spring elongation", f"{design['spring_elongation']:.3f} mm"),
+        ("spring elongation", rig.both_lengths(design["spring_elongation"], 3)),
         *(("constraints" if row == 0 else "", text) for row, text in enumerate(_constraints(design))),
         ("stationarity", f"{design['stationarity']:.1e}"),
         *(("work" if row == 0 else "", text) for row, text in enumerate(_work(design))),

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from actuator.arrays import Floats, Ints
 from actuator.failure import InvalidSettings, Leaking, NotInflatable, SolveFailure
@@ -21,7 +21,6 @@ from stages.events import LoadStep, Message, Observer, silent
 from stages.inflation import TARGET, Course, Result, lines, pack, shortfall, verdict
 from stages.settings import ProblemSettings, Section
 from stages.task import Compute, Task
-from stages.units import in_kpa
 
 if TYPE_CHECKING:
     from actuator.body.inflation import Inflation
@@ -40,19 +39,14 @@ HELD = 1e3
 LARGEST_STEP, LEAST_COSINE = 1.0, 0.9
 
 
-def _in_kpa(value: Any) -> Any:
-    """A pressure, which may have its unit, in kPa."""
-    return in_kpa(value) if isinstance(value, str) else value
-
-
 class Settings(Section):
     """The part as printed under pressure: its mesh, and how far it is inflated."""
 
     size: float = Field(1.5, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
     max_load: float = Field(1.5, gt=0, description="largest pressure over p_in [-]")
     points: int = Field(6, ge=1, le=100, description="states between zero and the largest pressure that are stored [-]")
-    pressure: Annotated[float | None, BeforeValidator(_in_kpa, json_schema_input_type=float | str | None)] = Field(
-        None, ge=0, description="p_in on the print of rig.youngs_modulus, instead of the case's; as 20 kPa [kPa]"
+    pressure: float | None = Field(
+        None, ge=0, description="p_in on the print of rig.youngs_modulus, instead of the case's [kPa]"
     )
     part_scale: float | None = Field(
         None, gt=0, description="size of the part over size of the domain; by their lengths if left out [-]"

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actuator.body.mesh import BodyMesh
     from actuator.body.strain import Strains
     from actuator.solve.path import Point
+    from stages.rig import RigUnits
     from stages.settings import ProblemSettings
 
 #: The pressure the design was optimised for, as a load factor.
@@ -185,6 +186,7 @@ class Course:
         limit = self.problem.objective.strain_limit
         summary: dict[str, Any] = {
             "reached": at is not None,
+            "pressure_in": self.problem.parameters()[1].pressure,
             "at_target": {name: at[name] for name in FIGURES} if at else None,
             "strain_limit": limit,
             "scale": self.scale,
@@ -197,7 +199,9 @@ class Course:
             "worst": [{"strain": strain, "at": place} for strain, place in self.worst],
             "touching": {"load_factor": self.touching[0], "at": self.touching[1]} if self.touching else None,
             "volume_at_rest": self.records[0]["chamber_volume"],
-            "air_needed": _air(self.records[0], at) if at else None,
+            "air_needed": air_needed(self.records[0]["chamber_volume"], at["chamber_volume"], at["pressure"])
+            if at
+            else None,
             "blocked_force": self.blocked[0] if self.blocked else None,
             "optimised": _compared(at, optimised) if at and optimised else None,
             "energy_error": abs(last["air_work"] - last["stored_energy"]) / (abs(last["stored_energy"]) or 1.0),
@@ -244,9 +248,14 @@ def _on_nodes(mesh: BodyMesh, found: Strains) -> Floats:
     return np.asarray(np.bincount(mesh.cells.ravel(), np.repeat(mean, mesh.cells.shape[1]), len(mesh.nodes)) / counts)
 
 
-def _air(rest: Mapping[str, float], at: Mapping[str, float]) -> float:
-    """Volume of air, at atmospheric pressure, that goes into the chamber from rest to p_in, mm³ of the case."""
-    return at["chamber_volume"] * (1.0 + at["pressure"] / ATMOSPHERE) - rest["chamber_volume"]
+def air_needed(rest: float, volume: float, pressure: float) -> float:
+    """Volume of air, at atmospheric pressure, that goes into a chamber from rest to p_in, mm³.
+
+    Args:
+        rest, volume: of the chamber at rest and at p_in, mm³.
+        pressure: p_in, N/mm².
+    """
+    return volume * (1.0 + pressure / ATMOSPHERE) - rest
 
 
 def _compared(at: Mapping[str, float], optimised: Mapping[str, Any]) -> dict[str, Any]:
@@ -287,16 +296,26 @@ def pack(result: Result) -> Packed:
     return Packed(result.summary, datasets, grid)
 
 
-def verdict(found: Mapping[str, Any]) -> list[tuple[str, str]]:
+def pressure_in(found: Mapping[str, Any], rig: RigUnits) -> float:
+    """p_in that the part was inflated to, N/mm² of the case; that of the case where an older record does not say."""
+    told: float = found.get("pressure_in") or rig.problem.parameters()[1].pressure
+    return told
+
+
+def verdict(found: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
     """That the part holds air, and what it does at p_in: travel, and strain against its limit."""
     at = found["at_target"]
     text = [("holds air", "yes")]
     if at is None:
         text.append(("as printed", f"p_in is not reached; largest load factor {found['largest_load']:.4g}"))
     else:
-        angle = math.degrees(at["theta2"])
-        travel = f"travel {abs(at['elongation']):.3f} mm, T3 {at['T3']:.4f} mm, theta2 {angle:.3f} degrees"
-        text.append(("as printed", travel))
+        pressure, travel, shift = pressure_in(found, rig), abs(at["elongation"]), at["T3"]
+        angle = f"theta2 {math.degrees(at['theta2']):.3f} degrees"
+        moved = f"travel {rig.millimetres(travel):.3f} mm, T3 {rig.millimetres(shift):.4f} mm, {angle}"
+        text.append(("as printed", f"{moved}, at {rig.kilopascals(pressure):.3g} kPa"))
+        if not rig.same:
+            own = f"travel {travel:.3f} mm, T3 {shift:.4f} mm, at {1e3 * pressure:.3g} kPa"
+            text.append(("", f"in size and modulus of the case {own}"))
         if found["optimised"]:
             change = found["optimised"]["elongation"]["relative"]
             which = "more" if change > 0.0 else "less"
@@ -307,19 +326,19 @@ def verdict(found: Mapping[str, Any]) -> list[tuple[str, str]]:
     return text
 
 
-def lines(found: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What else a user reads of the summary."""
+def lines(found: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
+    """What else a user reads of the summary; places and forces are those of the part."""
     text = []
     if found["full_over_half"]:
         text.append(f"full over half pressure gives {found['full_over_half']:.2f} times the travel")
     for load in found["limit_points"]:
         text.append(f"limit point at a load factor of {load:.4g}: the part snaps")
     if touching := found["touching"]:
-        place = ", ".join(f"{x:.1f}" for x in touching["at"])
+        place = ", ".join(f"{rig.millimetres(x):.1f}" for x in touching["at"])
         load = touching["load_factor"]
         text.append(f"walls touch from a load factor of {load:.3g}, at ({place}) mm; not computed")
     if found["blocked_force"] is not None:
-        text.append(f"blocked force at the arm's end {abs(found['blocked_force']):.4g} N")
+        text.append(f"blocked force at the arm's end {abs(rig.newtons(found['blocked_force'])):.4g} N")
     return [("inflated" if row == 0 else "", sentence) for row, sentence in enumerate(text)]
 
 

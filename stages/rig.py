@@ -6,8 +6,9 @@ forces by Ē R̄²/(E R²), the spring by Ē R̄/(E R), and displacements by R̄
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import Field
 
@@ -112,3 +113,70 @@ def scaled(
         The pressure times Ē/E in kPa, and the length times R̄/R in mm.
     """
     return 1e3 * pressure * (youngs_modulus / problem.material.youngs_modulus), scale * length
+
+
+@dataclass(frozen=True)
+class RigUnits:
+    """What turns numbers of a case into those of its part on the test rig; every place that tells of both uses it.
+
+    Attributes:
+        problem: the case as it was computed.
+        scale: R̄ / R.
+        youngs_modulus: Ē, N/mm²; that of the case where nobody says what is printed.
+    """
+
+    problem: ProblemSettings
+    scale: float
+    youngs_modulus: float
+
+    @property
+    def stress(self) -> float:
+        """Ē / E."""
+        return self.youngs_modulus / self.problem.material.youngs_modulus
+
+    @property
+    def same(self) -> bool:
+        """Whether the part has the size and the stiffness of the case."""
+        return self.scale == 1.0 and self.stress == 1.0
+
+    @property
+    def pressure(self) -> float:
+        """p̄_in, kPa."""
+        return self.kilopascals(self.problem.parameters()[1].pressure)
+
+    def scaled(self, pressure: Values, length: Values) -> tuple[Values, Values]:
+        """Pressures in kPa and lengths in mm of the part; see :func:`scaled`."""
+        return scaled(pressure, length, self.problem, self.scale, self.youngs_modulus)
+
+    def kilopascals(self, pressure: float) -> float:
+        """A pressure of the case, N/mm², as that of the part, kPa."""
+        return self.scaled(pressure, 0.0)[0]
+
+    def millimetres(self, length: float) -> float:
+        """A length of the case, mm, as that of the part, mm."""
+        return self.scaled(0.0, length)[1]
+
+    def newtons(self, force: float) -> float:
+        """A force of the case, N, as that of the part, N."""
+        return self.stress * self.scale**2 * force
+
+    def both_lengths(self, length: float, digits: int) -> str:
+        """A length of the case, and that of the part where it is another."""
+        text, part = f"{length:.{digits}f} mm", f"{self.millimetres(length):.{digits}f} mm"
+        return text if self.scale == 1.0 else f"{text}, of the part {part}"
+
+    def both_pressures(self, pressure: float) -> str:
+        """A pressure of the case, N/mm², in kPa, and that of the part where it is another."""
+        text, part = f"{1e3 * pressure:.3g} kPa", f"{self.kilopascals(pressure):.3g} kPa"
+        return text if self.stress == 1.0 else f"{text}, of the part {part}"
+
+    def of_part(self) -> str:
+        """What the part is, and its pressure."""
+        return f"scale {self.scale:.6g}, Young's modulus {self.youngs_modulus:g} N/mm²: p_in {self.pressure:.3g} kPa"
+
+    def columns(self, curve: Mapping[str, Any]) -> dict[str, Any]:
+        """Columns for a table of a curve, with their units, as the rig shows them."""
+        found = {"rig_pressure [kPa]": self.scaled(curve["pressure"], curve["T3"])[0]}
+        for name in ("elongation", "T1", "T3"):
+            found[f"rig_{name} [mm]"] = self.scaled(curve["pressure"], curve[name])[1]
+        return found

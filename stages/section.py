@@ -7,24 +7,72 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, field_validator
+from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, SchemaValidator, core_schema
+
+from stages.units import PATTERN, counted, is_quantity, unit_of
 
 #: Size of the numbers of a case file, in whatever unit.
 SMALLEST, LARGEST = 1e-20, 1e20
 
 
+@dataclass(frozen=True)
+class Instead:
+    """A key that a case may have in place of another: the quantity that people know, for the ratio that is kept.
+
+    Attributes:
+        ratio: the key that it stands for.
+        description: its meaning and unit, as that of a field.
+    """
+
+    ratio: str
+    description: str
+
+
 class Section(BaseModel):
     """A frozen section of the case file; unknown keys are refused.
 
+    A number whose description has one of the units of :data:`stages.units.KINDS` in brackets may be text with a unit of
+    its own, ``1.5 cm``.
+
     Attributes:
         gone: keys that earlier versions had, with what to do about them. Cases stored in artifacts may have them.
+        instead: keys that a case may have in place of others. They are no fields: what is kept is the ratio.
     """
 
     gone: ClassVar[Mapping[str, str]] = {}
+    instead: ClassVar[Mapping[str, Instead]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _in_its_unit(cls, value: Any, info: ValidationInfo) -> Any:
+        """Count a quantity in the unit of its key; of one in place of a ratio, say which key takes it."""
+        name = str(info.field_name)
+        if unit := unit_of(cls.model_fields[name].description):
+            return counted(value, unit)
+        for key, instead in cls.instead.items():
+            if instead.ratio == name and is_quantity(value):
+                raise ValueError(f"is a number without a unit; write '{key}: {value.strip()}' in place of it")
+        return value
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Numbers with units may be text, and ratios the quantities that they are made of."""
+        found = handler(schema)
+        section = handler.resolve_ref_schema(found)
+        keys = section.get("properties", {})
+        for name, field in cls.model_fields.items():
+            if unit_of(field.description):
+                keys[name] = _or_quantity(keys[name])
+        for name, other in cls.instead.items():
+            keys[name] = _or_quantity(
+                {"description": other.description, "title": name.replace("_", " ").title(), "type": "number"}
+            )
+            section.setdefault("allOf", []).append({"not": {"required": [name, other.ratio]}})
+        return found
 
     @field_validator("*")
     @classmethod
@@ -50,6 +98,14 @@ class Section(BaseModel):
             elif unit and value is not None:
                 changed[name] = value / divisors[unit]
         return self.model_copy(update=changed)
+
+
+def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
+    """The schema of a number that may also be text with a unit."""
+    told = {name: key[name] for name in ("title", "description", "default") if name in key}
+    number = {name: value for name, value in key.items() if name not in told}
+    choices = number["anyOf"] if set(number) == {"anyOf"} else [number]
+    return {"anyOf": [*choices, {"type": "string", "format": "quantity", "pattern": PATTERN}]} | told
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
 from stages.laws import AnyLawSettings, NeoHookeSettings
-from stages.section import Section
+from stages.section import Instead, Section
+from stages.units import rounded
 
 __all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
@@ -34,6 +36,12 @@ STIFFEST_SPRING = 1e6
 
 class LoadSettings(Section):
     """Pressure, rigid arm and foundation spring, per half actuator (Table 1)."""
+
+    instead: ClassVar[Mapping[str, Instead]] = {
+        "pressure": Instead("pressure_ratio", "p_in of an actuator of material.youngs_modulus [kPa]"),
+        "arm_length": Instead("arm_ratio", "L_arm, from the glued face [mm]"),
+        "spring_stiffness": Instead("spring_ratio", "spring at the arm's end, of the whole actuator [N/mm]"),
+    }
 
     pressure_ratio: float = Field(2.0e-2, ge=0, description="p_in / E [-]")
     arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
@@ -105,6 +113,33 @@ class ProblemSettings(Section):
     material: MaterialSettings = MaterialSettings()
     load: LoadSettings = LoadSettings()
     objective: ObjectiveSettings = ObjectiveSettings()
+
+    def ratios(self, quantities: Mapping[str, float]) -> dict[str, float]:
+        """The ratios of :class:`LoadSettings` that quantities are in place of, for this domain and material.
+
+        Args:
+            quantities: by the keys of ``LoadSettings.instead``, in their units.
+        """
+        modulus, size, found = self.material.youngs_modulus, self.domain.size, {}
+        if "pressure" in quantities:
+            found["pressure_ratio"] = 1e-3 * quantities["pressure"] / modulus
+        if "arm_length" in quantities:
+            found["arm_ratio"] = quantities["arm_length"] / size
+        if "spring_stiffness" in quantities:
+            arm = size * found.get("arm_ratio", self.load.arm_ratio)
+            found["spring_ratio"] = 0.5 * quantities["spring_stiffness"] * arm**2 / (modulus * size**3)
+        return {key: rounded(value) for key, value in found.items()}
+
+    def quantities(self) -> dict[str, float]:
+        """What the ratios of the load are for this domain and material: the other way round."""
+        load, modulus, size = self.load, self.material.youngs_modulus, self.domain.size
+        arm = load.arm_ratio * size
+        found = {
+            "pressure": 1e3 * load.pressure_ratio * modulus,
+            "arm_length": arm,
+            "spring_stiffness": 2.0 * load.spring_ratio * modulus * size**3 / arm**2,
+        }
+        return {key: rounded(value) for key, value in found.items()}
 
     def parameters(self) -> tuple[Material, Load, Objective]:
         """The model's parameters in N, mm and s."""

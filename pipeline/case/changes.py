@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pipeline.case import text as case_text
-from pipeline.case.model import Case, case_type, mistakes
+from pipeline.case.model import Case, case_data, examined
+from pipeline.case.quantities import without_other
 from pipeline.exit_codes import ExitCode, Fault, shown
 
 #: The option that sets any key.
@@ -34,10 +35,10 @@ def parsed(settings: Iterable[str]) -> dict[str, Any]:
 
 def with_values(case: Case, values: Mapping[str, Any]) -> dict[str, Any]:
     """The data of a case file as it would be with these values at dotted keys; they may be wrong."""
-    data: Mapping[str, Any] = case.model_dump(exclude_unset=True)
+    data = case_data(case)
     for key, value in values.items():
-        data = _replaced(data, key, value)
-    return dict(data)
+        data = _replaced(without_other(data, key), key, value)
+    return data
 
 
 def _replaced(data: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
@@ -60,10 +61,10 @@ def changed(case: Case, values: Mapping[str, Any], options: Mapping[str, str] | 
     Raises:
         Fault: one sentence for every mistake (USAGE).
     """
-    data = with_values(case, values)
-    if wrong := mistakes(data):
+    made, wrong = examined(with_values(case, values))
+    if made is None:
         raise Fault(ExitCode.USAGE, "\n".join(_blamed(path, sentence, options) for path, sentence in wrong))
-    return case_type().model_validate(data, strict=True)
+    return made
 
 
 def _blamed(path: case_text.Path, sentence: str, options: Mapping[str, str] | None) -> str:

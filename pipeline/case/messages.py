@@ -102,7 +102,7 @@ class Messages:
         """The keys a section may have."""
         model, _ = self.section(path)
         kinds = [model] if model else list(self._kinds(path).values()) if path else []
-        return list(dict.fromkeys(key for kind in kinds for key in kind.model_fields))
+        return list(dict.fromkeys(key for kind in kinds for key in (*kind.model_fields, *getattr(kind, "instead", ()))))
 
 
 def _is_section(model: Any) -> bool:

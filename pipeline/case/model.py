@@ -17,6 +17,7 @@ from actuator.solver_name import SolverName
 from pipeline.case import text as case_text
 from pipeline.case.messages import Messages, kind_of
 from pipeline.case.names import NAME_PATTERN, refusal, reserved_endings
+from pipeline.case.quantities import Mistake, as_written, taken_out, with_quantities
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode, Fault, shown
 from stages.chain import sections
@@ -54,6 +55,11 @@ class Case(stages.optimize.Settings):
 
         def __getattr__(self, section: str) -> Any:
             """The section of a stage."""
+
+    @cached_property
+    def given(self) -> Mapping[str, float]:
+        """Quantities that stood in place of ratios of the load, by their keys and in their units."""
+        return {}
 
     @cached_property
     def optimize(self) -> stages.optimize.Settings:
@@ -144,25 +150,48 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
         raise Fault(
             ExitCode.USAGE, f"{origin}:1: a case is made of 'section:' lines, not of {kind}; see `poro schema`."
         )
-    data = {"name": stem} | document.data
-    if wrong := mistakes(data):
+    case, wrong = examined({"name": stem} | document.data)
+    if case is None:
         found = sorted((document.line(path), sentence) for path, sentence in wrong)
         sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found[:MOST_MISTAKES]]
         if more := found[MOST_MISTAKES:]:
             sentences.append(f"{origin}:{more[0][0]}: {len(more)} more mistakes follow; mend the others first.")
         raise Fault(ExitCode.USAGE, "\n".join(sentences))
-    return case_type().model_validate(data, strict=True)
+    return case
 
 
-def mistakes(data: dict[str, Any]) -> list[tuple[case_text.Path, str]]:
+def examined(data: Mapping[str, Any]) -> tuple[Case | None, list[Mistake]]:
+    """The case that data make, or what is wrong with their values."""
+    bare, quantities, wrong = taken_out(data)
+    case, more = _validated(bare)
+    if case and quantities:
+        case, more = _validated(bare | {"load": bare["load"] | case.ratios(quantities)})
+        more = [as_written(each, quantities) for each in more]
+    if case is None or wrong:
+        return None, wrong + more
+    case.__dict__["given"] = quantities
+    return case, []
+
+
+def mistakes(data: Mapping[str, Any]) -> list[Mistake]:
     """What is wrong with the values of a case: path of the key, and a sentence without file, line and full stop."""
+    return examined(data)[1]
+
+
+def _validated(data: Mapping[str, Any]) -> tuple[Case | None, list[Mistake]]:
     messages = Messages(case_type())
     try:
         case = case_type().model_validate(data, strict=True)
     except ValidationError as error:
-        return [(messages.section(detail["loc"])[1], messages.sentence(detail)) for detail in error.errors()]
-    wrong = refusal(case.name)
-    return [(("name",), f"name: {wrong}; choose another name")] if wrong else []
+        return None, [(messages.section(each["loc"])[1], messages.sentence(each)) for each in error.errors()]
+    if wrong := refusal(case.name):
+        return None, [(("name",), f"name: {wrong}; choose another name")]
+    return case, []
+
+
+def case_data(case: Case) -> dict[str, Any]:
+    """What a case says, as data that can be changed and examined again, with the quantities that it was given."""
+    return with_quantities(case.model_dump(exclude_unset=True), case.given)
 
 
 def stored_case(resolved: dict[str, Any], origin: Path) -> Case:

@@ -33,7 +33,8 @@ _HEAD = f"""\
 Every section and key of a case file. All of them may be left out: a key that is not written takes its default.
 `poro new` writes a file with every key, `poro schema` prints the same as JSON Schema for editors, and
 [How to](../use/howto.md#your-own-case) says which keys to change first. Numbers are written so that every YAML reader
-takes them for numbers: `1.0e-3`, not `1e-3`.
+takes them for numbers: `1.0e-3`, not `1e-3`. A *quantity* is a number with a unit of its own, `1.5 cm`, `70 kPa`,
+`3 psi` or `0.05 N/mm`; a number alone counts in the unit of its key.
 """
 
 _WORDS = {
@@ -87,8 +88,8 @@ def _table(keys: Schema, schema: Schema, required: Any = ()) -> str:
     rows = []
     for name, key in keys.items():
         unit = _UNIT.search(key.get("description", ""))
-        default = "required" if name in required else f"`{value_text(_brief(key['default']))}`"
-        if key.get("default", "") is None:
+        default = "required" if name in required else f"`{value_text(_brief(key.get('default')))}`"
+        if key.get("default") is None and name not in required:
             default = "none"
         cells = (
             f"`{name}`",
@@ -117,7 +118,7 @@ def _type(key: Schema, schema: Schema) -> str:
         return ", ".join(f"`{value}`" for value in key.get("enum", [key.get("const")]))
     if key.get("type") == "array":
         return f"list of {_type(key['items'], schema)}".replace("number", "numbers")
-    return _WORDS[key["type"]]
+    return "quantity" if key.get("format") == "quantity" else _WORDS[key["type"]]
 
 
 def _bounds(key: Schema) -> Iterator[str]:

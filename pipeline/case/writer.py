@@ -14,11 +14,15 @@ from pipeline.case.messages import number_text
 from pipeline.case.model import Case, case_schema, find_case, mistakes, parse_case, read_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import atomic
+from stages.section import Section
+from stages.units import unit_of
 
 SCHEMA_FILE = "case.schema.json"
 #: Width of what stands before a comment.
 COMMENTS = 36
-UNITS = "# Units: mm, N, MPa = N/mm², s; [-] is a number without a unit."
+UNITS = (
+    "# Units: mm, N, MPa = N/mm², s, or those that stand behind a value, as in 70 kPa; [-] is a number without a unit."
+)
 
 
 def case_text(case: Case, head: str, schema: str | None = None) -> str:
@@ -33,8 +37,8 @@ def case_text(case: Case, head: str, schema: str | None = None) -> str:
     lines = [*modeline, f"# {head}", UNITS, ""]
     for name, field in type(case).model_fields.items():
         value = getattr(case, name)
-        if isinstance(value, BaseModel):
-            lines += ["", *_section(name, value)]
+        if isinstance(value, Section):
+            lines += ["", *_section(name, value, case)]
         else:
             lines.insert(len(modeline) + 3, _line(name, value, field, default=False))
     return "\n".join(lines) + "\n"
@@ -82,11 +86,19 @@ def write_new(
     return list(texts)
 
 
-def _section(name: str, section: BaseModel) -> Iterator[str]:
+def _section(name: str, section: Section, case: Case) -> Iterator[str]:
     meaning = (type(section).__doc__ or "").strip().splitlines()[0]
     yield f"{f'{name}:':<{COMMENTS}}  # {meaning}"
     for key, field in type(section).model_fields.items():
-        yield "  " + _line(key, getattr(section, key), field, width=COMMENTS - 2)
+        value, known = getattr(section, key), COMMENTS - 2
+        other = next((other for other, instead in section.instead.items() if instead.ratio == key), "")
+        given = other in case.given
+        line = _line(key, value, field, width=known - 2 * given)
+        yield f"  # {line}" if given else f"  {line}"
+        if other:
+            description = section.instead[other].description
+            text = f"{other}: {value_text(case.quantities()[other])} {unit_of(description)}"
+            yield f"  {text:<{known}}  # {description}" if given else f"  # {text:<{known - 2}}  # or {description}"
 
 
 def _line(key: str, value: Any, field: FieldInfo, *, width: int = COMMENTS, default: bool = True) -> str:

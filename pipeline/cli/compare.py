@@ -20,7 +20,7 @@ def compare(
     case: Source,
     measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="Recorded test (.csv).")],
     scale: Annotated[float | None, typer.Option(SCALE.flag, help=SCALE.help)] = None,
-    modulus: Annotated[float | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
+    modulus: Annotated[str | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
     prediction: Annotated[
         PredictionName | None,
         typer.Option("--prediction", help="Curve to compare with. Default: as printed if it is there, else density."),
@@ -64,8 +64,9 @@ def compare(
     from pipeline.measured.comparison_text import as_text
     from pipeline.measured.measurement import read_measurement
     from pipeline.runs import perform as commands
+    from pipeline.runs.rig_sheet import as_told
 
-    job = commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus}, settings=settings or ())
+    job = as_told(commands.open_job(case, output, {SCALE: scale, YOUNGS: modulus}, settings=settings or ()))
     columns = {
         Quantity.PRESSURE: pressure_column,
         Quantity.DISPLACEMENT: displacement_column,

@@ -12,7 +12,9 @@ from pipeline.cli.options import FigureFormat, Json, Output, Source
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store.files import located
 from pipeline.terminal import show, told
+from stages.chain import SCALE, youngs
 
+YOUNGS = youngs()
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
 
@@ -35,6 +37,8 @@ def plot(
 def report(
     case: Source,
     check: Annotated[bool, typer.Option(help="Make the checks of `poro check` where none are stored.")] = True,
+    scale: Annotated[float | None, typer.Option(SCALE.flag, help=f"{SCALE.help} Default: of the last sheet.")] = None,
+    modulus: Annotated[str | None, typer.Option(YOUNGS.flag, help=f"{YOUNGS.help} Default: likewise.")] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -47,10 +51,12 @@ def report(
     from pipeline.report.page import write_report  # loads drawing libraries
     from pipeline.results.json_output import result_json
     from pipeline.runs import perform as commands
+    from pipeline.runs.rig_sheet import as_told
 
     # What belongs to an artifact lies beside it, wherever the report goes.
     of_artifact = case.suffix == ".h5"
-    job = commands.open_job(case, None if of_artifact else output)
+    changes = {SCALE: scale, YOUNGS: modulus}
+    job = as_told(commands.open_job(case, None if of_artifact else output, changes))
     folder = output if output and of_artifact else job.files.folder
     commands.make_folder(folder)
     path, problems = write_report(job, folder, check=check)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -14,6 +14,10 @@ from pipeline.cli.options import DryRun, Force, Fresh, Json, OfCase, Output, Set
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.terminal import note, show
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
+
+if TYPE_CHECKING:
+    from pipeline.runs.job import Job
+    from pipeline.runs.plan import Step
 
 Command = Callable[..., None]
 
@@ -41,14 +45,13 @@ def stage_command(row: Stage) -> Command:
         **options: Any,
     ) -> None:
         from pipeline.runs import perform as commands
-        from pipeline.runs import plan_text
 
         if row.takes_part:
             commands.refuse_other(case)
         job = commands.open_job(case, output, _changes(row.options, options), of_case, settings or ())
         steps = commands.plan(job, last=row.name, forced=row.name if force else None)
         if dry_run:
-            show(plan_text.told(steps, row.name, reasons=False, as_json=as_json))
+            _show_plan(job, steps, row.name, as_json=as_json, reasons=False)
             return
         _tell(*commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
 
@@ -97,7 +100,7 @@ def run_command() -> Command:
         forced = (first or path_to(GOAL)[0]) if force else None
         steps = commands.plan(job, first=first, last=last, forced=forced)
         if dry_run:
-            show(plan_text.told(steps, "run", reasons=explain, as_json=as_json))
+            _show_plan(job, steps, "run", as_json=as_json, reasons=explain)
             return
         if explain:
             note(plan_text.as_text(steps, reasons=True))
@@ -130,10 +133,23 @@ def status(case: Source, settings: Settings = None, output: Output = None, as_js
     The commands that run stages go by the case file and their own options: without the option they make it again.
     """
     from pipeline.runs import perform as commands
-    from pipeline.runs import plan_text
 
-    steps = commands.status(commands.open_job(case, output, settings=settings or ()))
-    show(plan_text.told(steps, "status", reasons=True, as_json=as_json))
+    job = commands.open_job(case, output, settings=settings or ())
+    _show_plan(job, commands.status(job), "status", as_json=as_json, reasons=True)
+
+
+def _show_plan(job: Job, steps: list[Step], command: str, *, as_json: bool, reasons: bool) -> None:
+    """Print a plan, and on standard error what is to be said of the case."""
+    from pipeline.case.remarks import remarks
+    from pipeline.runs import plan_text
+    from pipeline.runs.earlier import another_problem
+
+    warnings = remarks(job.case)
+    show(plan_text.told(steps, command, warnings, reasons=reasons, as_json=as_json))
+    for sentence in warnings:
+        note(f"warning: {sentence}")
+    if command != "status" and (differences := another_problem(job, steps)):
+        note(f"{job.files.folder} holds the results of another problem ({', '.join(differences)}); they would be kept.")
 
 
 def _tell(text: str, fault: Fault | None) -> None:

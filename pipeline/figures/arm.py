@@ -16,6 +16,7 @@ from actuator.geometry.zero_set import Surface
 from pipeline.figures.offscreen import BODY
 from pipeline.figures.shading import draw_solid
 from pipeline.results.design import OptimisedDesign
+from pipeline.results.simulation import rig_units
 
 #: Direction to the eye: X1 to the right, X3 upwards.
 SIDE = (0.0, -1.0, 0.0)
@@ -42,7 +43,8 @@ def arm(design: OptimisedDesign) -> Figure:
     if load.spring_stiffness > 0.0:
         _spring(axes, end, top, size)
         _measure(axes, (length + reach + 0.3 * size, 0.0), (length + reach + 0.3 * size, end[1]))
-        axes.text(length + reach + 0.38 * size, 0.5 * end[1], f"elongation\n{-end[1]:.2f} mm", color=SIZE, va="center")
+        words = rig_units(design.case).both_lengths(-end[1], 2).replace(", ", "\n")
+        axes.text(length + reach + 0.38 * size, 0.5 * end[1], f"elongation\n{words}", color=SIZE, va="center")
     below = -1.18 * size
     _measure(axes, (0.0, below), (length, below))
     axes.text(0.5 * length, below - 0.05 * size, "L", color=SIZE, ha="center", va="top")

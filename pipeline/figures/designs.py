@@ -26,7 +26,7 @@ from pipeline.figures.saving import Drawn, encoded
 from pipeline.figures.section import section
 from pipeline.figures.views import views
 from pipeline.results.design import OptimisedDesign
-from pipeline.results.simulation import read_simulation
+from pipeline.results.simulation import read_simulation, rig_units
 from pipeline.store.atomic import write_bytes
 
 Format = Literal["png", "svg"]
@@ -58,7 +58,7 @@ def _response(design: OptimisedDesign) -> Figure:
     """Pressure against displacement, from the simulation beside the design."""
     if not design.simulation:
         raise CannotDraw("There is no simulation beside the design; make it with `poro simulate`.")
-    return response(read_simulation(design.simulation))
+    return response(read_simulation(design.simulation), rig_units(design.case))
 
 
 #: In the order of the report.

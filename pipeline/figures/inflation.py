@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.results.simulation import Curves, RigUnits
+from pipeline.results.simulation import Curves
+from stages.rig import RigUnits
 
 PRINTED, FIELD = "#c55a11", "#1f4e79"
 #: Columns that are drawn, with the words beside their axes.
@@ -27,6 +28,7 @@ def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | N
     reached = curve["pressure"].max()
     # Every point tells p_in but the first, which has no pressure.
     target = curve["pressure"][-1] / curve["load_factor"][-1] if reached else 0.0
+    unit, of_part = "kPa" if rig else "N/mm²", ", part" if rig and not rig.same else ""
     for axes, (name, words) in zip(figure.subplots(1, 3), PANELS.items(), strict=True):
         axes.plot(
             *_shown(name, curve["pressure"], curve[name], rig), "o-", color=PRINTED, markersize=4, label="as printed"
@@ -40,8 +42,7 @@ def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | N
             at = _shown(name, target, optimised[name]["optimised"], rig)
             axes.plot(*at, "D", color=FIELD, markersize=7, fillstyle="none", label="optimiser, at p_in")
         axes.axvline(_shown(name, target, 0.0, rig)[0], color="#888888", linewidth=0.8, linestyle=":")
-        axes.set(xlabel=f"pressure [{'kPa, part' if rig else 'N/mm²'}]")
-        axes.set(ylabel=words.replace("mm", "mm, part") if rig else words)
+        axes.set(xlabel=f"pressure [{unit}{of_part}]", ylabel=words.replace("mm", f"mm{of_part}"))
         axes.grid(alpha=0.3)
     figure.axes[0].legend(frameon=False)
     return figure

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.results.simulation import Curves, RigUnits
+from pipeline.results.simulation import Curves
+from stages.rig import RigUnits
 
 COLOUR = "#1f4e79"
 
@@ -33,8 +34,8 @@ def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
             axes.plot(values[here], pressure[here], "D", color="#b00020", markersize=7, fillstyle="none")
         axes.axhline(target, color="#888888", linewidth=0.8, linestyle=":")
         axes.grid(alpha=0.3)
-    unit = "kPa, part" if rig else "N/mm²"
-    left.set(xlabel=f"spring elongation [mm{', part' if rig else ''}]", ylabel=f"pressure [{unit}]")
+    unit, of_part = "kPa" if rig else "N/mm²", ", part" if rig and not rig.same else ""
+    left.set(xlabel=f"spring elongation [mm{of_part}]", ylabel=f"pressure [{unit}{of_part}]")
     right.set(xlabel="arm rotation θ2 [degrees]")
     left.legend(frameon=False)
     return figure

@@ -31,7 +31,7 @@ from pipeline.report.view3d import DisplayedPart, displayed, displayed_inflated
 from pipeline.results import paper
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflated, Inflation, read_inflation, read_states
-from pipeline.results.simulation import Simulation, read_simulation
+from pipeline.results.simulation import Simulation, read_simulation, rig_units
 from pipeline.results.wording import duration
 from pipeline.runs.job import Job
 from pipeline.runs.plan import status
@@ -40,6 +40,7 @@ from pipeline.store.artifact import Header
 from pipeline.store.atomic import write_bytes
 from pipeline.store.files import detail_of, folder_of
 from stages.chain import GOAL, STAGES, path_to
+from stages.rig import RigUnits
 
 WEB = resources.files("pipeline.report") / "web"
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
@@ -100,6 +101,7 @@ class Gathered:
     design: OptimisedDesign
     header: Header
     stages: list[StageRow]
+    rig: RigUnits
     part: Path | None = None
     findings: Findings | None = None
     simulation: Simulation | None = None
@@ -155,7 +157,10 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
 
 def _gather(job: Job, check: bool) -> Gathered:
     path = job.artifact("optimize")
-    found = Gathered(read_design(path), artifact.read_header(path), list(_stages(job)))
+    design = read_design(path)
+    # The part that is told of, and what it is printed of.
+    case = design.case.model_copy(update={"rig": job.case.rig, "export": job.case.export})
+    found = Gathered(replace(design, case=case), artifact.read_header(path), list(_stages(job)), rig_units(case))
     _find_part(job, found, check)
     if found.design.simulation:
         found.simulation = read_simulation(found.design.simulation)
@@ -227,7 +232,7 @@ def _find_inflation(job: Job, found: Gathered) -> None:
     row = next((row for row in found.stages if row.stage == "inflate" and row.header), None)
     if row:
         found.inflation, found.inflated = read_inflation(row.path), read_states(row.path)
-        figure = inflation_figure(found.inflation, found.simulation, found.inflation.rig)
+        figure = inflation_figure(found.inflation, found.simulation, found.rig)
         found.inflation_figure = _address("svg", encoded(figure, "svg", "inflation"))
     elif found.summary("export").get("holds_air"):
         found.missing.append(Missing("what the part does under pressure", _command("inflate", found.part or job.part)))
@@ -284,7 +289,7 @@ def _address(format: str, data: bytes) -> str:
 
 
 def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | None, problems: list[str]) -> str:
-    design = found.design
+    design, rig = found.design, found.rig
     reference = paper.reference_of(design.case)
     scripts = ["three.js", "report.js"] if model else []
     exported, printed = found.summary("export"), found.inflation.summary if found.inflation else None
@@ -293,11 +298,12 @@ def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | No
     )
     return environment.from_string(_web("report.html")).render(
         found=found,
+        rig=rig,
         design=design,
         case=design.case,
         header=found.header,
-        opening=report_rows.opening(design, reference),
-        performance=report_rows.performance(design, reference),
+        opening=report_rows.opening(design, reference, rig),
+        performance=report_rows.performance(design, reference, rig),
         reference=reference,
         same_mesh=paper.on_the_papers_mesh(design.case.domain),
         citation=paper.CITATION,
@@ -307,10 +313,10 @@ def _page(found: Gathered, figures: list[DrawnFigure], model: DisplayedPart | No
         part=report_rows.part(exported, found.summary("mirror")) if exported else [],
         checks=exported.get("checks", {}),
         settings=list(report_rows.settings(design.case)),
-        verdict=report_printed.verdict(exported, printed),
-        printed=report_printed.entries(printed) if printed else [],
+        verdict=report_printed.verdict(exported, printed, rig),
+        printed=report_printed.entries(printed, rig) if printed else [],
         worst=report_printed.worst(printed) if printed else [],
-        simulated=report_response.simulated(found.simulation.summary) if found.simulation else [],
+        simulated=report_response.simulated(found.simulation.summary, rig) if found.simulation else [],
         simulation_values=list(report_rows.leaves(found.simulation.summary)) if found.simulation else [],
         duration=duration,
         figures=figures,

@@ -8,22 +8,23 @@ from typing import Any
 
 from pipeline.report.rows import Entry
 from stages import inflation
+from stages.rig import RigUnits
 
 Summary = Mapping[str, Any]
 
 
-def verdict(exported: Summary, inflated: Summary | None) -> str:
+def verdict(exported: Summary, inflated: Summary | None, rig: RigUnits) -> str:
     """The verdict in a paragraph; empty if nothing is known."""
     if inflated:
-        moved = inflation.verdict(inflated)[1:]
+        moved = inflation.verdict(inflated, rig)[1:]
         return f"As printed: holds air; {'; '.join(sentence for _, sentence in moved)}."
     if exported.get("holds_air") is False:
         return f"As printed: does not hold air. {exported['chamber']}"
     return "As printed: holds air; not inflated yet." if exported.get("holds_air") else ""
 
 
-def entries(found: Summary) -> list[Entry]:
-    """Figures at p_in, and what else is said of the path."""
+def entries(found: Summary, rig: RigUnits) -> list[Entry]:
+    """Figures at p_in, and what else is said of the path; volumes are those of the part."""
     at, optimised = found["at_target"], found["optimised"] or {}
     if at is None:
         return [Entry("p_in", f"not reached; largest load factor {found['largest_load']:.4g}")]
@@ -32,9 +33,13 @@ def entries(found: Summary) -> list[Entry]:
         change = optimised.get(name, {}).get("relative")
         return "" if change is None else f", {100.0 * change:+.1f} % against the optimiser"
 
+    pressure, volumes = inflation.pressure_in(found, rig), (found["volume_at_rest"], at["chamber_volume"])
+    rest, volume = (rig.scale**3 * each for each in volumes)
+    air = inflation.air_needed(rest, volume, 1e-3 * rig.kilopascals(pressure))
     rows = [
-        Entry("travel of the spring's end", f"{abs(at['elongation']):.3f} mm{beside('elongation')}"),
-        Entry("T3", f"{at['T3']:.3f} mm{beside('T3')}".replace("-", "−", 1)),
+        Entry("p_in", rig.both_pressures(pressure)),
+        Entry("travel of the spring's end", f"{rig.both_lengths(abs(at['elongation']), 3)}{beside('elongation')}"),
+        Entry("T3", f"{rig.both_lengths(at['T3'], 3)}{beside('T3')}".replace(" -", " −").replace("-", "−", 1)),
         Entry("θ2", f"{math.degrees(at['theta2']):.3f}°{beside('theta2')}"),
         Entry(
             "strain sqrt(2 Ψ / E)",
@@ -42,12 +47,10 @@ def entries(found: Summary) -> list[Entry]:
             f"limit {found['strain_limit']:g}",
         ),
         Entry("volume above the limit", f"{100.0 * at['share_above']:.2g} %"),
-        Entry(
-            "volume of the chamber", f"{found['volume_at_rest']:.0f} mm³ at rest, {at['chamber_volume']:.0f} at p_in"
-        ),
-        Entry("air needed, at atmospheric pressure", f"{found['air_needed']:.0f} mm³"),
+        Entry("volume of the part's chamber", f"{rest:.0f} mm³ at rest, {volume:.0f} at p_in"),
+        Entry("air it needs, at atmospheric pressure", f"{air:.0f} mm³"),
     ]
-    return rows + [Entry("path", sentence) for _, sentence in inflation.lines(found)]
+    return rows + [Entry("path", sentence) for _, sentence in inflation.lines(found, rig)]
 
 
 def worst(found: Summary) -> list[tuple[str, str]]:

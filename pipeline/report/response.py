@@ -8,21 +8,24 @@ import numpy as np
 
 from pipeline.report.rows import Entry, count
 from stages.curves import sentences
+from stages.rig import RigUnits
 
 Summary = dict[str, Any]
 
 
-def simulated(summary: Summary) -> list[Entry]:
+def simulated(summary: Summary, rig: RigUnits) -> list[Entry]:
     """The answers of a simulation."""
     rows = []
     if at := summary["at_target"]:
         rows += [
-            Entry("T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
-            Entry("spring elongation at p_in", f"{at['elongation']:.3f} mm"),
+            Entry("p_in", rig.both_pressures(summary["pressure_in"])),
+            Entry("θ2 at p_in", f"{np.degrees(at['theta2']):.3f}°"),
+            Entry("T3 at p_in", rig.both_lengths(at["T3"], 3)),
+            Entry("spring elongation at p_in", rig.both_lengths(at["elongation"], 3)),
             Entry("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
             Entry("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
         ]
-    return [*rows, Entry("path", "; ".join(sentences(summary)))]
+    return [*rows, Entry("path", "; ".join(sentences(summary, rig)))]
 
 
 def measured(comparison: Summary) -> list[Entry]:

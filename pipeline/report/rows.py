@@ -13,6 +13,7 @@ from pipeline.case.model import Case
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.paper import Reference, on_the_papers_mesh
 from pipeline.results.wording import duration, formatted
+from stages.rig import RigUnits
 
 Summary = Mapping[str, Any]
 
@@ -34,6 +35,7 @@ class Performance:
         initial, final: numbers.
         paper: the paper's number, or None.
         share: final over the paper's, or None.
+        part: the final length on the part, or None where that is no other.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Performance:
     final: Number
     paper: Number | None = None
     share: float | None = None
+    part: Number | None = None
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class Entry:
     value: str
 
 
-def performance(design: OptimisedDesign, reference: Reference | None) -> list[Performance]:
+def performance(design: OptimisedDesign, reference: Reference | None, rig: RigUnits) -> list[Performance]:
     """The design's performance beside the paper's."""
     summary, history = design.summary, design.history
     _, load, _ = design.case.optimize.parameters()
@@ -98,6 +101,7 @@ def performance(design: OptimisedDesign, reference: Reference | None) -> list[Pe
                 number(end[key], digits, factor),
                 None if printed is None else number(printed, digits, factor),
                 None if printed is None else end[key] / printed,
+                number(rig.millimetres(end[key]), digits, 1.0) if "[mm]" in name and rig.scale != 1.0 else None,
             )
         )
     return found
@@ -127,7 +131,7 @@ def constraints(summary: Summary) -> list[Constraint]:
     return found
 
 
-def opening(design: OptimisedDesign, reference: Reference | None) -> str:
+def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits) -> str:
     """What the report is of, in a paragraph."""
     summary, case = design.summary, design.case
     _, load, limits = case.optimize.parameters()
@@ -138,10 +142,12 @@ def opening(design: OptimisedDesign, reference: Reference | None) -> str:
         whose += ", on the paper's mesh" if on_the_papers_mesh(case.domain) else ", on another mesh than the paper's"
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
     beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
+    own = "" if rig.same else ", in size and modulus of the case,"
     sentences = [
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
-        f"Under {1e3 * load.pressure:.3g} kPa it turns the arm by {turned:.2f}° and moves the spring's end by "
+        f"Under {1e3 * load.pressure:.3g} kPa{own} it turns the arm by {turned:.2f}° and moves the spring's end by "
         f"{moved:.2f} mm{beside}.",
+        *([] if rig.same else [f"{_of_part(rig)} {rig.millimetres(abs(moved)):.2f} mm."]),
         f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",
     ]
@@ -151,6 +157,12 @@ def opening(design: OptimisedDesign, reference: Reference | None) -> str:
             f"{case.optimizer.stationarity:g}."
         )
     return " ".join(sentences)
+
+
+def _of_part(rig: RigUnits) -> str:
+    """The beginning of a sentence that ends with the travel of the part."""
+    part = f"of a modulus of {rig.youngs_modulus:g} N/mm² and {rig.scale:.6g} times its size"
+    return f"The part, {part}, needs {rig.pressure:.3g} kPa for the same angle, and moves the spring's end by"
 
 
 def work(summary: Summary) -> list[Entry]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from actuator.arrays import Floats, Ints
 from pipeline.case.model import stored_case
-from pipeline.results.simulation import RigUnits
+from pipeline.results.simulation import rig_units
 from pipeline.store import artifact, contents
 from pipeline.store import tables as table_file
 from stages.inflation import TARGET, UNITS
+from stages.rig import RigUnits
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,13 @@ class Inflation:
         name: of the part.
         curves: column -> values along the path, (n_points,); see :data:`stages.inflation.UNITS`.
         summary: of the stage.
-        rig: what turns the curve into that of the part on the rig; None if the case does not say what is printed.
+        rig: what turns the curve into that of the part on the rig.
     """
 
     name: str
     curves: dict[str, Floats]
     summary: dict[str, Any]
-    rig: RigUnits | None
+    rig: RigUnits
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,7 @@ def read_inflation(path: Path) -> Inflation:
     """
     case = stored_case(artifact.read_header(path).case_resolved, path)
     summary = contents.summary(path, "inflate")
-    modulus = case.rig.youngs_modulus
-    rig = None if modulus is None else RigUnits(case.optimize, summary["scale"], modulus)
+    rig = replace(rig_units(case), scale=summary["scale"])
     name = path.name.removesuffix(".inflation.h5")
     return Inflation(name, artifact.read_group(path, "inflate", "curves"), summary, rig)
 
@@ -95,9 +95,8 @@ def read_states(path: Path) -> Inflated | None:
 
 
 def as_csv(inflation: Inflation) -> str:
-    """The curve as a table with the units in its first line, and in the rig's units where they are known."""
+    """The curve as a table with the units in its first line, and in those of the part."""
     columns = {f"{name} [{unit}]": inflation.curves[name] for name, unit in UNITS.items()}
-    if inflation.rig:
-        columns |= inflation.rig.columns(inflation.curves)
+    columns |= inflation.rig.columns(inflation.curves)
     rows = [[f"{value:.10g}" for value in row] for row in zip(*columns.values(), strict=True)]
     return table_file.as_csv(columns, rows)

@@ -14,8 +14,7 @@ from pipeline.store import artifact, contents
 from pipeline.store import tables as table_file
 from stages.curves import UNITS
 from stages.response import COLUMNS
-from stages.rig import scaled
-from stages.settings import ProblemSettings
+from stages.rig import RigUnits
 from stages.simulate import VERSION
 
 
@@ -46,36 +45,10 @@ class Simulation:
     summary: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class RigUnits:
-    """What turns a curve into that of a part on the test rig.
-
-    Attributes:
-        problem: the case as it was computed.
-        scale: R̄ / R.
-        youngs_modulus: Ē, N/mm².
-    """
-
-    problem: ProblemSettings
-    scale: float
-    youngs_modulus: float
-
-    def scaled(self, pressure: Floats, length: Floats) -> tuple[Floats, Floats]:
-        """Pressures in kPa and lengths in mm of the part; see :func:`stages.rig.scaled`."""
-        return scaled(pressure, length, self.problem, self.scale, self.youngs_modulus)
-
-    def columns(self, curve: Mapping[str, Floats]) -> dict[str, Floats]:
-        """Columns for a table of a curve, with their units, as the rig shows them."""
-        found = {"rig_pressure [kPa]": self.scaled(curve["pressure"], curve["T3"])[0]}
-        for name in ("elongation", "T1", "T3"):
-            found[f"rig_{name} [mm]"] = self.scaled(curve["pressure"], curve[name])[1]
-        return found
-
-
-def rig_units(case: Case) -> RigUnits | None:
-    """The rig's units of a case that says what it is printed of."""
-    modulus = case.rig.youngs_modulus
-    return None if modulus is None else RigUnits(case.optimize, case.export.scale, modulus)
+def rig_units(case: Case) -> RigUnits:
+    """The units of the part of a case, of the case's own material where it does not say what it is printed of."""
+    modulus = case.rig.youngs_modulus or case.material.youngs_modulus
+    return RigUnits(case.optimize, case.export.scale, modulus)
 
 
 def is_current(path: Path) -> bool:

@@ -6,9 +6,9 @@ A writer of another program is one more entry of :data:`WRITERS`, by the name th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from actuator.registry import Registry
 from pipeline.runs import rig_sheet
@@ -18,6 +18,9 @@ from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic
 from stages.chain import STAGES
+
+if TYPE_CHECKING:
+    from pipeline.results.inflation import Inflation
 
 Said = dict[str, Any]
 
@@ -81,13 +84,13 @@ def _part_figure(job: Job, step: Step, path: Path) -> Said:
 
 
 def _rig(job: Job, step: Step, path: Path) -> Said | None:
-    return rig_sheet.write(job, path) if job.case.rig.youngs_modulus is not None else None
+    return rig_sheet.write(job, path)
 
 
 def _curves(job: Job, step: Step, path: Path) -> Said:
-    from pipeline.results.simulation import as_csv, read_simulation, rig_units
+    from pipeline.results.simulation import as_csv, read_simulation
 
-    atomic.write_bytes(path, as_csv(read_simulation(step.path), rig_units(job.case)).encode())
+    atomic.write_bytes(path, as_csv(read_simulation(step.path), rig_sheet.part_units(job)).encode())
     return {}
 
 
@@ -95,16 +98,24 @@ def _curves_figure(job: Job, step: Step, path: Path) -> Said:
     # Loads a drawing library; if it fails, the curves are still there.
     from pipeline.figures.response import response
     from pipeline.figures.saving import save
-    from pipeline.results.simulation import read_simulation, rig_units
+    from pipeline.results.simulation import read_simulation
 
-    save(response(read_simulation(step.path), rig_units(job.case)), path)
+    save(response(read_simulation(step.path), rig_sheet.part_units(job)), path)
     return {}
 
 
-def _inflation(job: Job, step: Step, path: Path) -> Said:
-    from pipeline.results.inflation import as_csv, read_inflation
+def _inflated(job: Job, step: Step) -> Inflation:
+    """The inflation in an artifact, in the units of the job's part."""
+    from pipeline.results.inflation import read_inflation
 
-    atomic.write_bytes(path, as_csv(read_inflation(step.path)).encode())
+    found = read_inflation(step.path)
+    return replace(found, rig=rig_sheet.part_units(job, found.summary))
+
+
+def _inflation(job: Job, step: Step, path: Path) -> Said:
+    from pipeline.results.inflation import as_csv
+
+    atomic.write_bytes(path, as_csv(_inflated(job, step)).encode())
     return {}
 
 
@@ -112,12 +123,11 @@ def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
     # As _curves_figure.
     from pipeline.figures.inflation import inflation
     from pipeline.figures.saving import save
-    from pipeline.results.inflation import read_inflation
     from pipeline.results.simulation import is_current, read_simulation
 
     simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
     beside = read_simulation(simulated) if not adopted and is_current(simulated) else None
-    found = read_inflation(step.path)
+    found = _inflated(job, step)
     save(inflation(found, beside, found.rig), path)
     return {}
 

@@ -27,7 +27,13 @@ def plain(settings: BaseModel) -> dict[str, Any]:
 
 def stage_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     """The part of a resolved case on which a stage's result depends, section by section."""
-    return _without(resolved, STAGES[stage].sections, STAGES[stage].recorded_only)
+    row = STAGES[stage]
+    found = _without(resolved, row.sections, row.recorded_only)
+    for key, other in row.only_with.items():
+        section, _, name = key.partition(".")
+        if _at(resolved, other) is None and name in found[section]:
+            found[section][name] = None
+    return found
 
 
 def path_key(resolved: Mapping[str, Any], stage: str, version: int) -> str:
@@ -56,6 +62,11 @@ def _without(resolved: Mapping[str, Any], sections: Sequence[str], left_out: Seq
         section: {key: value for key, value in resolved.get(section, {}).items() if f"{section}.{key}" not in left_out}
         for section in sections
     }
+
+
+def _at(resolved: Mapping[str, Any], key: str) -> Any:
+    section, _, name = key.partition(".")
+    return resolved.get(section, {}).get(name)
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:

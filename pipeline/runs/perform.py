@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.case.remarks import remarks
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.results import summary
 from pipeline.results.json_output import result_json
@@ -18,6 +20,7 @@ from pipeline.runs.execution import Execution, Unfit
 from pipeline.runs.job import Job, open_job
 from pipeline.runs.plan import Step, plan, status
 from pipeline.runs.progress import Reporter, reporting
+from pipeline.runs.rig_sheet import as_told, part_units
 from pipeline.store.artifact import program_version
 from pipeline.store.files import make_folder
 from pipeline.terminal import told
@@ -40,9 +43,10 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
         MemoryError: if the mesh is too large.
         KeyboardInterrupt: if the user interrupts a stage other than the optimisation.
     """
+    warnings = remarks(job.case)
     memory.refuse_too_large(job, [step.stage for step in steps if step.runs])
     make_folder(job.files.details)
-    with claimed(job.files), _reporting(job, steps) as reporter:
+    with claimed(job.files), _reporting(job, steps, warnings) as reporter:
         execution = Execution(job, reporter, fresh)
         written: dict[str, list[Path]] = {}
         said: dict[str, dict[str, beside.Said]] = {}
@@ -67,6 +71,7 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
             reporter.log.exception("unexpected error")
             raise unexpected(error, job.files.log) from error
     name, summaries = job.case.name, execution.summaries
+    rig = part_units(job, summaries.get("inflate"))
     fault = fault or _shortfall(done[-1], summaries[done[-1].stage])
     # Of a single stage's command nobody wants to read again of those before, unless they have just run.
     wanted = [step.stage for step in done if as_json or command == "run" or step.runs or step is done[-1]]
@@ -74,9 +79,10 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
     files = list(dict.fromkeys([*results, *(file for stage in wanted for file in written.get(stage, ()))]))
     found = {key: value for stage in wanted for key, value in said.get(stage, {}).items()}
     if as_json:
-        return result_json(command, summary.as_json(name, summaries, found), files), fault
+        told_of = {"warnings": warnings} | summary.as_json(name, summaries, rig, found)
+        return result_json(command, told_of, files), fault
     shown = {stage: summaries[stage] for stage in wanted if stage in summaries}
-    text = summary.as_text(name, shown, beside.lines(found), files, _design(job, summaries, wanted))
+    text = summary.as_text(name, shown, rig, beside.lines(found), files, _design(job, summaries, wanted))
     return told(text, files), fault
 
 
@@ -87,7 +93,7 @@ def _design(job: Job, summaries: Mapping[str, Any], wanted: list[str]) -> str:
 
 
 @contextmanager
-def _reporting(job: Job, steps: list[Step]) -> Iterator[Reporter]:
+def _reporting(job: Job, steps: list[Step], warnings: list[str]) -> Iterator[Reporter]:
     """Report on the steps, once what they must not replace is out of their way."""
     _refuse_changed(steps)
     differences = another_problem(job, steps)
@@ -96,6 +102,10 @@ def _reporting(job: Job, steps: list[Step]) -> Iterator[Reporter]:
         reporter.log.info("poro %s: %s", program_version(), job.argument)
         if kept:
             reporter.say(kept)
+        for sentence in warnings:
+            reporter.say(f"warning: {sentence}")
+        if (scale := job.case.export.scale) != 1.0 and any(STAGES[step.stage].after and step.runs for step in steps):
+            reporter.say(f"On the way lengths are in the size of the case; the part is {scale:g} times as large.")
         yield reporter
 
 
@@ -117,7 +127,9 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     from pipeline.figures.designs import plot_design  # loads drawing libraries
     from pipeline.results.design import read_design
 
-    design = read_design(job.artifact("optimize"))
+    design, case = read_design(job.artifact("optimize")), as_told(job).case
+    # Figures that show lengths of the part have those that its sheet has.
+    design = replace(design, case=design.case.model_copy(update={"rig": case.rig, "export": case.export}))
     make_folder(job.files.details)
     files, problems = plot_design(design, job.files.details, format, only)
     if as_json:

@@ -7,9 +7,9 @@ from pipeline.runs.plan import Step
 from pipeline.terminal import painted
 
 
-def told(steps: list[Step], command: str, *, reasons: bool, as_json: bool) -> str:
-    """A plan as a command prints it."""
-    return _as_json(steps, command) if as_json else as_text(steps, reasons=reasons)
+def told(steps: list[Step], command: str, warnings: list[str], *, reasons: bool, as_json: bool) -> str:
+    """A plan as a command prints it; JSON has what is to be said of the case too."""
+    return _as_json(steps, command, warnings) if as_json else as_text(steps, reasons=reasons)
 
 
 def as_text(steps: list[Step], *, reasons: bool) -> str:
@@ -31,11 +31,11 @@ def _why(step: Step, reasons: bool) -> str:
     return f"{step.path}{made_with}"
 
 
-def _as_json(steps: list[Step], command: str) -> str:
-    """A plan as JSON; its files are those that are up to date."""
+def _as_json(steps: list[Step], command: str, warnings: list[str]) -> str:
+    """A plan as JSON, with what is to be said of its case; its files are those that are up to date."""
     found = [
         {"stage": step.stage, "runs": step.runs, "given": step.given, "reasons": step.reasons}
         | {"made_with": step.made_with, "path": str(step.path)}
         for step in steps
     ]
-    return result_json(command, {"steps": found}, [step.path for step in steps if not step.runs])
+    return result_json(command, {"warnings": warnings, "steps": found}, [step.path for step in steps if not step.runs])

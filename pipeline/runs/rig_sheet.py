@@ -2,41 +2,103 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import stages.rig
 from pipeline.exit_codes import Fault
 from pipeline.runs.adopted import is_solid
-from pipeline.runs.job import Job
+from pipeline.runs.job import Job, make_job
 from pipeline.runs.plan import status
 from pipeline.store import atomic, contents
-from stages.domains import DomainSettings
+from stages.chain import PART, SCALE, STAGES, renaming
+from stages.rig import RigUnits
+
+#: The line of a sheet that says what it was told, for the other commands.
+_TOLD = re.compile(r"^<!-- poro: (\{.*\}) -->$", re.MULTILINE)
 
 
-def write(job: Job, path: Path) -> dict[str, Any]:
-    """Write the sheet of a job whose case says what it is printed of; returns what it says.
+def stated(job: Job) -> float | None:
+    """Ē of the print, N/mm²: what the command line says, else the last sheet of the part, else the case; None if none.
+
+    A sheet counts for as long as the case says what it said then.
+    """
+    own = job.own.rig.youngs_modulus
+    if "rig.youngs_modulus" in job.changes:
+        return job.case.rig.youngs_modulus
+    told = read(_path(job))
+    return told["youngs_modulus"] if told and told["case"] == own else own
+
+
+def part_units(job: Job, inflated: Mapping[str, Any] | None = None) -> RigUnits:
+    """The units of a job's part, which its sheet, its summary, its figures and its report tell of.
+
+    Args:
+        job: the case, and what the command line says.
+        inflated: summary of ``inflate``, if there is one: it knows the size of a solid that poro did not export.
+    """
+    modulus = stated(job) or job.case.material.youngs_modulus
+    scale = inflated["scale"] if inflated and is_solid(job.argument) else job.case.export.scale
+    return RigUnits(job.case.optimize, scale, modulus)
+
+
+def as_told(job: Job) -> Job:
+    """The job with the part and the print that the newest sheet of the case is of, where the command says nothing."""
+    own = _path(job)
+    sheets = [path for path in own.parent.glob(f"*{own.suffix}") if job.files.owns(path.name) and read(path)]
+    newest = max(sheets, key=lambda path: path.stat().st_mtime_ns, default=own)
+    if newest != own and not renaming().keys() & job.changes.keys() and not is_solid(job.argument):
+        changes = {**job.changes, SCALE.dotted: read(newest)["scale"]}
+        job = make_job(job.argument, job.own, job.case_text, job.files.folder, job.given, changes)
+    rig = job.case.rig.model_copy(update={"youngs_modulus": stated(job)})
+    return replace(job, case=job.case.model_copy(update={"rig": rig}))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """What a sheet was told: ``scale``, ``youngs_modulus`` and ``case``, Ē of the case; nothing if there is none."""
+    try:
+        found = _TOLD.search(path.read_text(encoding="utf-8"))
+        told: dict[str, Any] = json.loads(found[1]) if found else {}
+    except (OSError, ValueError):
+        return {}
+    return told
+
+
+def write(job: Job, path: Path) -> dict[str, Any] | None:
+    """Write the sheet of a job of which is known what it is printed of; returns what it says.
 
     Raises:
         OSError: if the folder or the disk does not take it.
     """
-    case = job.case
-    assert case.rig.youngs_modulus is not None
+    case, modulus = job.case, stated(job)
+    if modulus is None:
+        return None
     printed = _as_printed(job)
     elongation, scale = printed if printed else (_elongation(job), case.export.scale)
-    modulus = case.rig.youngs_modulus
     sheet = stages.rig.run(case.optimize, scale, modulus, case.rig, elongation, as_printed=bool(printed))
-    atomic.write_bytes(path, as_markdown(case.name, sheet, case.rig, case.domain).encode())
+    told = {"scale": scale, "youngs_modulus": modulus, "case": job.own.rig.youngs_modulus}
+    rig = RigUnits(case.optimize, scale, modulus)
+    text = f"{as_markdown(case.name, sheet, case.rig, rig)}\n<!-- poro: {json.dumps(told)} -->\n"
+    atomic.write_bytes(path, text.encode())
     found = asdict(sheet)
     found |= found.pop("lengths")
     return {key: None if value == math.inf else value for key, value in found.items()}
 
 
-def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings, domain: DomainSettings) -> str:
-    """The sheet as a table."""
+def _path(job: Job) -> Path:
+    """The sheet of the job's part."""
+    beside = next(beside for beside in STAGES[PART].beside if beside.writer == "rig")
+    return job.files.beside(PART, beside)
+
+
+def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings, rig: RigUnits) -> str:
+    """The sheet as a table; ``rig`` are its units."""
+    domain = rig.problem.domain
     # A field's description begins with its symbol: "R, domain radius [mm]".
     symbols = {key: str(type(domain).model_fields[key].description).partition(",")[0] for key in sheet.lengths}
     plate = f"{spring.spring_thickness:g} mm thick, {spring.spring_width:g} mm wide, {spring.spring_modulus:g} N/mm²"
@@ -52,6 +114,10 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
         (f"free length of a cantilever of {plate}", length),
         ("predicted travel of the spring's end at p_in", travel),
     ]
+    if not rig.same:
+        moved = "" if sheet.spring_travel is None else f", {sheet.spring_travel / sheet.scale:.2f} mm"
+        own = rig.problem.parameters()[1].pressure
+        rows.append(("pressure and travel in size and modulus of the case", f"{1e3 * own:.3g} kPa{moved}"))
     lines = [f"# {name}: rig", "", "| | |", "|---|---|", *(f"| {what} | {value} |" for what, value in rows)]
     return "\n".join(lines) + "\n"
 

@@ -7,6 +7,7 @@ import hashlib
 import itertools
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 
 from pipeline.case import text as case_text
 from pipeline.case.changes import with_values
-from pipeline.case.model import Case, case_type, mistakes, read_bytes, read_case
+from pipeline.case.model import Case, examined, mistakes, read_bytes, read_case
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.case.writer import value_text
 from pipeline.exit_codes import ExitCode, Fault, shown
@@ -168,7 +169,7 @@ class _Checker:
         for i, value in enumerate(wanted):
             if isinstance(value, list | dict):
                 self.wrong(("vary", key, i), "must be a single value; remove the brackets")
-            elif any(value == other and type(value) is type(other) for other in wanted[:i]):
+            elif any(_in_a_name(value) == _in_a_name(other) and type(value) is type(other) for other in wanted[:i]):
                 self.wrong(("vary", key, i), f"{shown(value)} is there twice; remove one of them")
         return wanted
 
@@ -221,11 +222,11 @@ class _Checker:
     def variants(self, case: Case, base: Path, chosen: tuple[dict[str, Any], ...]) -> Iterator[Variant]:
         names = variant_names(base.stem, chosen)
         for name, values in zip(names, chosen, strict=True):
-            data = with_values(case, {"name": name, **values})
-            for _, sentence in mistakes(data)[:1]:
+            made, wrong = examined(with_values(case, {"name": name, **values}))
+            for _, sentence in wrong[:1]:
                 self.problems.append((self.document.line(("vary",)), f"vary: {name}: {sentence}"))
-            if not self.problems:
-                yield Variant(values, case_type().model_validate(data, strict=True))
+            if made and not self.problems:
+                yield Variant(values, made)
 
 
 def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
@@ -240,14 +241,18 @@ def spaced(low: float, high: float, steps: int, logarithmic: bool) -> list[Any]:
     return [float(low), *(float(f"{value:.6g}") for value in found[1:-1]), float(high)]
 
 
+def _in_a_name(value: Any) -> str:
+    """A value in a file name, ``10kPa`` and ``0.05N-mm``."""
+    return re.sub(r"[^A-Za-z0-9._-]", "", value_text(value).replace("/", "-"))
+
+
 def variant_names(stem: str, chosen: tuple[dict[str, Any], ...]) -> list[str]:
     """Readable names, ``quick.pressure_ratio-0.02``; where they are too long, a hash of the values instead."""
     keys = list(chosen[0]) if chosen else []
     last = [key.rpartition(".")[2] for key in keys]
     short = {key: name if last.count(name) == 1 else key for key, name in zip(keys, last, strict=True)}
     names = [
-        ".".join([stem, *(f"{short[key]}-{value_text(value).replace('+', '')}" for key, value in values.items())])
-        for values in chosen
+        ".".join([stem, *(f"{short[key]}-{_in_a_name(value)}" for key, value in values.items())]) for values in chosen
     ]
     if max(map(len, names), default=0) <= 100:
         return names

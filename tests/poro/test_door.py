@@ -113,8 +113,8 @@ def test_mistakes_have_the_sentences_of_the_case_file(sections: dict[str, Any], 
 
 
 def test_unknown_keys_and_files_have_a_sentence(case: poro.Case) -> None:
-    with pytest.raises(poro.Fault, match=r"load\.pressure: unknown key; write 'pressure_ratio' if that was meant"):
-        poro.with_changes(case, {"load.pressure": 0.1})
+    with pytest.raises(poro.Fault, match=r"load\.pressure_rate: unknown key; write 'pressure_ratio' if that"):
+        poro.with_changes(case, {"load.pressure_rate": 0.1})
     with pytest.raises(poro.Fault, match="there is no such file"):
         poro.read_case("nowhere.yaml")
     with pytest.raises(poro.Fault, match="there is no such file; run the stage that makes it"):

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from stages import rig
+from pipeline.runs.keys import stage_settings
+from stages import inflation, rig
 from stages.domains import HalfCylinderSettings
 from stages.settings import LoadSettings, MaterialSettings, ProblemSettings
 
@@ -75,7 +76,20 @@ def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
     sheet = (folder / "tiny/tiny.rig.md").read_text(encoding="utf-8")
     assert "| pressure p_in | 20 kPa |" in sheet
     assert "0.5 mm thick, 12.7 mm wide" in sheet
+    assert found["part"] == {
+        "scale": 1.0,
+        "youngs_modulus": 1.0,
+        "pressure_kPa": pytest.approx(20.0),
+        "travel_mm": found["rig"]["spring_travel"],
+        "as_printed": False,
+    }
     assert "kPa, arm 60 mm" in poro("export", "tiny.h5", "--youngs", "1.0").out
+    # What the sheet was told is known to the next command.
+    again = poro("export", "tiny.h5").out
+    assert "part                scale 1, Young's modulus 1 N/mm²: p_in 20 kPa\n" in again
+    assert "rig                 p_in 20 kPa" in again
+    (folder / "tiny.rig.md").unlink()
+    assert "N/mm²: p_in 54.7 kPa\n" in poro("export", "tiny.h5").out
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -93,7 +107,7 @@ def test_no_sheet_unless_asked_for(folder: Path, poro: Poro) -> None:
     assert not list(folder.rglob("*.rig.md"))
     ended = poro("export", "tiny.h5", "--youngs", "-1")
     assert ended.code == 2
-    assert "--youngs: must be greater than 0, not -1.0" in ended.err
+    assert "--youngs: must be greater than 0, not -1" in ended.err
 
 
 def test_curves_scale_as_the_sheet_does() -> None:
@@ -105,3 +119,53 @@ def test_curves_scale_as_the_sheet_does() -> None:
     np.testing.assert_allclose(pressure, [0.0, 10.0, 20.0], rtol=1e-12)
     np.testing.assert_allclose(travel, [0.0, 10.5, 22.9905], rtol=1e-12)
     assert (pressure[-1], travel[-1]) == (pytest.approx(sheet.pressure), pytest.approx(sheet.spring_travel))
+
+
+#: What `inflate` says of a part at p_in.
+INFLATED = {
+    "at_target": {
+        "elongation": -10.0,
+        "T3": -2.0,
+        "theta2": math.radians(12.0),
+        "share_above": 0.01,
+        "strain_p99": 0.13,
+    },
+    "pressure_in": 0.05472,
+    "optimised": None,
+    "strain_limit": 0.14,
+    "full_over_half": None,
+    "limit_points": [],
+    "touching": {"load_factor": 1.2, "at": (1.0, 2.0, 3.0)},
+    "blocked_force": 0.1,
+}
+
+
+def test_the_verdict_has_the_numbers_of_the_part_and_those_of_the_case() -> None:
+    units = rig.RigUnits(PAPER, 1.5, 1.0)
+    said = [text for _, text in inflation.verdict(INFLATED, units)]
+    assert said[1:3] == [
+        "travel 15.000 mm, T3 -3.0000 mm, theta2 12.000 degrees, at 20 kPa",
+        "in size and modulus of the case travel 10.000 mm, T3 -2.0000 mm, at 54.7 kPa",
+    ]
+    touching, blocked = (text for _, text in inflation.lines(INFLATED, units))
+    assert "at (1.5, 3.0, 4.5) mm" in touching
+    assert blocked.endswith(f" {0.1 * 1.5**2 / 2.736:.4g} N")
+    same = [text for _, text in inflation.verdict(INFLATED, rig.RigUnits(PAPER, 1.0, 2.736))]
+    assert same[1] == "travel 10.000 mm, T3 -2.0000 mm, theta2 12.000 degrees, at 54.7 kPa"
+    assert len(same) == len(said) - 1
+
+
+def test_figures_of_a_part_like_its_case_have_one_unit() -> None:
+    units = rig.RigUnits(PAPER, 1.0, 2.736)
+    assert (units.both_lengths(9.8271, 3), units.both_pressures(0.05472)) == ("9.827 mm", "54.7 kPa")
+    other = rig.RigUnits(PAPER, 1.5, 1.0)
+    assert other.both_lengths(9.8271, 3) == "9.827 mm, of the part 14.741 mm"
+    assert other.both_pressures(0.05472) == "54.7 kPa, of the part 20 kPa"
+
+
+def test_the_modulus_of_the_print_alone_makes_no_inflation_stale() -> None:
+    plain = {"rig": {"youngs_modulus": None}, "inflate": {"pressure": None}}
+    printed = {"rig": {"youngs_modulus": 1.0}, "inflate": {"pressure": None}}
+    assert stage_settings(plain, "inflate") == stage_settings(printed, "inflate")
+    pressed = {"rig": {"youngs_modulus": 1.0}, "inflate": {"pressure": 20.0}}
+    assert stage_settings(pressed, "inflate")["rig"] == {"youngs_modulus": 1.0}

@@ -15,18 +15,24 @@ from jsonschema import Draft202012Validator
 from pipeline.case.model import case_schema, case_type, parse_case, read_case
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode
+from stages.settings import LoadSettings
 
 SCHEMA: dict[str, Any] = json.loads(case_schema())
 VALIDATOR = Draft202012Validator(SCHEMA)
 SECTIONS = {name: field["$ref"].rpartition("/")[2] for name, field in SCHEMA["properties"].items() if "$ref" in field}
 
 
+#: Keys that a case has in place of ratios, which are those that have a default.
+INSTEAD = {f"load.{key}" for key in LoadSettings.instead}
+
+
 def keys() -> dict[str, dict[str, Any]]:
-    """Every key of every section: what the schema says of it."""
+    """Every key of every section but those: what the schema says of it."""
     return {
         f"{section}.{key}": found
         for section, model in SECTIONS.items()
         for key, found in SCHEMA["$defs"][model]["properties"].items()
+        if f"{section}.{key}" not in INSTEAD
     }
 
 
@@ -67,6 +73,8 @@ def test_shipped_cases_are_valid(name: str) -> None:
         "export: {format: obj}",
         "material: {poisson_ratio: 0.5}",
         "rig: {youngs_modulus: 0.0}",
+        "domain: {radius: wide}",
+        "load: {pressure: 10 kPa, pressure_ratio: 0.02}",
         "name: quick.refined",
         "name: ../x",
     ],
@@ -97,6 +105,19 @@ def test_new_case_is_the_shipped_one_with_every_key_explained(like: str, poro: P
         comments = [comment.rpartition("; default ") for comment in told]
         assert found["description"] in [comment[0] for comment in comments], key
         assert found["default"] in [yaml.safe_load(comment[2]) for comment in comments], key
+
+
+def test_new_case_tells_of_the_quantities_in_place_of_ratios(poro: Poro) -> None:
+    assert poro("new", "mine", "--like", "quick").code == ExitCode.OK
+    text = Path("mine.yaml").read_text(encoding="utf-8")
+    assert "\n  # pressure: 54.72 kPa  " in text
+    Path("mine.yaml").write_text(text.replace("  pressure_ratio: ", "  # ").replace("  # pressure: ", "  pressure: "))
+    VALIDATOR.validate(yaml.safe_load(Path("mine.yaml").read_text(encoding="utf-8")))
+    assert read_case(Path("mine.yaml"))[0].load == read_case(shipped_case("quick.yaml"))[0].load  # type: ignore[arg-type]
+    # A case with a quantity gives one with it.
+    assert poro("new", "again", "--like", "mine.yaml").code == ExitCode.OK
+    assert "\n  pressure: 54.72 kPa  " in Path("again.yaml").read_text(encoding="utf-8")
+    assert read_case(Path("again.yaml"))[0].load == read_case(Path("mine.yaml"))[0].load
 
 
 def test_new_case_names_its_schema_to_editors(poro: Poro) -> None:

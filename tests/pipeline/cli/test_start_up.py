@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import TINY
 
-NUMERICS = {"numba", "scipy", "skfem", "trimesh", "manifold3d", "networkx"}
+NUMERICS = {"numba", "scipy", "skfem", "trimesh", "manifold3d", "networkx", "pint"}
 PICTURES = {"pyvista", "vtkmodules", "matplotlib", "PIL"}
 FILES = {"h5py", "meshio"}
 HEAVY = NUMERICS | PICTURES | FILES

@@ -61,6 +61,30 @@ def section_of(page: HtmlElement, name: str) -> str:
     return words_of(found)
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_pressure_and_travel_are_those_of_the_rigs_sheet(
+    written: Callable[..., HtmlElement], folder: Path, poro: Poro
+) -> None:
+    """Of the part that was last exported for a print, beside those of the case."""
+    assert "of the part" not in text_of(written(), "performance")
+    exported = poro("export", "tiny.h5", "--scale", "1.5", "--youngs", "1 MPa", "--json")
+    assert exported.code == 0, exported.err
+    found = json.loads(exported.out)
+    sheet = (folder / "tiny.scale-1.5.rig.md").read_text(encoding="utf-8")
+    travel = f"{1.5 * abs(found['spring_elongation']):.2f} mm"
+    assert "| pressure p_in | 20 kPa |" in sheet
+    assert f"at p_in | {travel}," in sheet
+    assert f"the case | 54.7 kPa, {abs(found['spring_elongation']):.2f} mm |" in sheet
+    page = written()
+    opening = text_of(page, "opening")
+    assert "Under 54.7 kPa, in size and modulus of the case," in opening
+    assert f"needs 20 kPa for the same angle, and moves the spring's end by {travel}." in opening
+    (cell,) = page.xpath("//table[@id='performance']//tr[th[contains(., 'elongation')]]/td[3]/data/@value")
+    assert float(cell) == pytest.approx(1.5 * found["spring_elongation"])
+    assert "tiny.scale-1.5.stl" in section_of(page, "checks")
+    assert "needs 40 kPa for" in text_of(written("--no-check", "--youngs", "2000 kPa", "--scale", "1.5"), "opening")
+
+
 @pytest.fixture
 def page(report: Path) -> HtmlElement:
     """The complete report."""

@@ -62,12 +62,24 @@ def test_names_stay_apart_and_short(tmp_path: Path) -> None:
     assert all(re.fullmatch(r"tiny\.[0-9a-f]{12}", name) for name in names)
 
 
+def test_quantities_are_varied_with_what_they_depend_on(poro: Poro) -> None:
+    """Names are file names; a pressure stays what it is in a stiffer material."""
+    Path("tiny.yaml").write_text(f"{TINY}load: {{pressure: 27.36 kPa}}\n")
+    Path("study.yaml").write_text("case: tiny.yaml\nvary:\n  load.pressure: [10 kPa, 0.2 bar]\n")
+    found = read_study(Path("study.yaml")).variants
+    assert [variant.case.name for variant in found] == ["tiny.pressure-10kPa", "tiny.pressure-0.2bar"]
+    assert [variant.case.load.pressure_ratio for variant in found] == pytest.approx([0.01 / 2.736, 0.02 / 2.736])
+    Path("study.yaml").write_text("case: tiny.yaml\nvary:\n  material.youngs_modulus: [2.736, 1368 kPa]\n")
+    found = read_study(Path("study.yaml")).variants
+    assert [variant.case.load.pressure_ratio for variant in found] == [0.01, 0.02]
+
+
 def test_all_mistakes_are_reported_at_once_in_their_order(poro: Poro) -> None:
     Path("tiny.yaml").write_text(TINY)
     Path("bad.yaml").write_text(
         "case: tiny.yaml\n"
         "vary:\n"
-        "  load.pressure: [0.01]\n"
+        "  load.pressure_rate: [0.01]\n"
         "  domain.layers:\n"
         "    - 1.5\n"
         "    - 3\n"
@@ -86,7 +98,7 @@ def test_all_mistakes_are_reported_at_once_in_their_order(poro: Poro) -> None:
     assert ended.code == ExitCode.USAGE
     lines = ended.err.removeprefix("poro: ").splitlines()
     expected = [
-        (3, "vary.load.pressure: unknown key; write 'pressure_ratio'"),
+        (3, "vary.load.pressure_rate: unknown key; write 'pressure_ratio'"),
         (5, "vary.domain.layers: must be a whole number, not 1.5"),
         (7, "vary.domain.layers: must be at least 1, not -1"),
         (8, "vary.name: cannot be varied"),
