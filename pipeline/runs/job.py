@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.case.model import Case, changed, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.adopted import adopted, exported, is_solid
+from pipeline.runs.first_design import known_by_content
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
@@ -143,9 +144,11 @@ def make_job(
     """The job of a case in a folder.
 
     Raises:
-        Fault: if a value of the command line is out of range (USAGE).
+        Fault: if a value of the command line is out of range, or the file that the case begins with is not usable.
     """
     changes = changes or {}
+    if given is None:
+        own = known_by_content(own, argument, text, Files(folder, own.name, ""))
     case = applied(own, changes)
     tag = "".join(f".{option.name}-{value:g}" for option, value in changes.items() if option.renames)
     part = f"{case.name}{tag}{FORMATS[case.export.format].ending}"

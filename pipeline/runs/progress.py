@@ -132,7 +132,9 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     log.propagate = False
     handler = logging.FileHandler(log_path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
-    log.addHandler(handler)
+    # Warnings of libraries, which pipeline.cli.app keeps from the terminal.
+    for each in (log, logging.getLogger("py.warnings")):
+        each.addHandler(handler)
     try:
         if console.is_terminal:
             columns = (
@@ -146,5 +148,6 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
         else:
             yield Reporter(PlainDisplay(console), log)
     finally:
-        log.removeHandler(handler)
+        for each in (log, logging.getLogger("py.warnings")):
+            each.removeHandler(handler)
         handler.close()

@@ -1,0 +1,21 @@
+"""What a case's spring does to the arm's end, and the force there."""
+
+from __future__ import annotations
+
+from stages.settings import ProblemSettings
+
+#: Spring ratio from which the arm's end counts as held. Measured on 576 cells of the default case: the travel is 1/970 of
+#: that without a spring, and the force 0.1 % less than at a ratio of 1e6.
+HELD = 100.0
+
+
+def held(problem: ProblemSettings) -> bool:
+    """Whether the spring is so stiff that there is nothing to optimise."""
+    return problem.load.spring_ratio >= HELD
+
+
+def whole_force(problem: ProblemSettings, elongation: float) -> float:
+    """Force of the spring at an elongation, mm, of the whole actuator, N."""
+    _, load, _ = problem.parameters()
+    # Of what is modelled: half an actuator, or a whole one.
+    return 2.0 / problem.domain.halves * load.spring_stiffness * elongation
