@@ -51,6 +51,11 @@ class InitialSettings(Section):
             raise ValueError(f"has '{lost[0]}' but no 'file' that it is about; write 'file' or remove it")
         return self
 
+    @property
+    def own(self) -> bool:
+        """Whether the design to begin with is the domain's own."""
+        return self.wall is None and self.file is None
+
 
 def first_design(settings: InitialSettings, problem: ProblemSettings, given: Given | None) -> Floats | None:
     """χ to begin with at the vertices of the case's mesh, (n_vertices,); None where it is the domain's own.
@@ -63,7 +68,7 @@ def first_design(settings: InitialSettings, problem: ProblemSettings, given: Giv
     Raises:
         actuator.failure.InvalidSettings: if the wall leaves no chamber, or nothing of what is given lies in the domain.
     """
-    if settings.wall is None and settings.file is None:
+    if settings.own:
         return None
     from actuator.geometry.transfer import around_chamber, interpolated, of_solid  # VTK: only where it is wanted
 

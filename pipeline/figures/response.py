@@ -11,7 +11,7 @@ COLOUR = "#1f4e79"
 
 
 def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
-    """Pressure against spring elongation and arm rotation.
+    """Pressure against the travel of the arm's end, by which a spring there is elongated, and the arm's rotation.
 
     Args:
         simulation: the curve.
@@ -34,7 +34,7 @@ def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
         axes.axhline(target, color="#888888", linewidth=0.8, linestyle=":")
         axes.grid(alpha=0.3)
     unit = "kPa, part" if rig else "N/mm²"
-    left.set(xlabel=f"spring elongation [mm{', part' if rig else ''}]", ylabel=f"pressure [{unit}]")
+    left.set(xlabel=f"travel of the arm's end [mm{', part' if rig else ''}]", ylabel=f"pressure [{unit}]")
     right.set(xlabel="arm rotation θ2 [degrees]")
     left.legend(frameon=False)
     return figure

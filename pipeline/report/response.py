@@ -18,7 +18,7 @@ def simulated(summary: Summary) -> list[Entry]:
     if at := summary["at_target"]:
         rows += [
             Entry("T3, θ2 at p_in", f"{at['T3']:.3f} mm, {np.degrees(at['theta2']):.3f}°"),
-            Entry("spring elongation at p_in", f"{at['elongation']:.3f} mm"),
+            Entry("travel of the arm's end at p_in", f"{at['elongation']:.3f} mm"),
             Entry("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
             Entry("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
         ]

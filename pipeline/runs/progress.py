@@ -30,7 +30,7 @@ LOAD_COLUMNS = {
     "load_factor": (f"{'load':>8}", 1.0, "8.4f"),
     "T3": (f"{'T3/mm':>11}", 1.0, "11.5f"),
     "theta2": (f"{'theta2':>9}", math.degrees(1.0), "9.4f"),
-    "elongation": (f"{'spring':>9}", 1.0, "9.4f"),
+    "elongation": (f"{'travel':>9}", 1.0, "9.4f"),
     "energy_ratio": (f"{'energy':>9}", 1.0, "9.4f"),
     "leak": (f"{'leak':>10}", 1.0, "10.2e"),
     "strain_p99": (f"{'strain 99%':>12}", 1.0, "12.4f"),
