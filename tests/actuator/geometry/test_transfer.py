@@ -56,7 +56,7 @@ def test_a_tube_is_solid_from_plate_to_plate(axis: str, scale: float | None) -> 
 
 def test_a_part_off_its_axis_is_centred() -> None:
     part = tube(8.0, 14.0, 15.0)
-    inside = of_solid(Surface(part.vertices + [0.0, 100.0, -50.0], part.triangles), DOMAIN, "x", None)
+    inside = of_solid(Surface(part.vertices + np.array([0.0, 100.0, -50.0]), part.triangles), DOMAIN, "x", None)
     np.testing.assert_allclose(inside, np.minimum(14.0 - RADII, RADII - 8.0), atol=CHORD)
 
 
