@@ -25,6 +25,7 @@ class ExitCode(IntEnum):
     ARTIFACT = 4, "artifact missing, unreadable or stale"
     BAD_SOLID = 5, "the exported solid fails its checks"
     BUSY = 6, "another process is working on the case"
+    UNSTABLE = 7, "done, but the design's state is not stable"
     INTERRUPTED = 130, "interrupted"
 
     def __new__(cls, value: int, meaning: str = "") -> Self:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -38,6 +38,7 @@ from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflation, read_inflation
 from pipeline.results.simulation import Curves, Simulation, read_simulation
+from pipeline.runs import first_design
 from pipeline.store import artifact, contents
 from pipeline.store.solid_file import SolidFile, read_solid
 from stages.events import Observer, silent
@@ -47,11 +48,13 @@ if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
     from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
+    from stages.initial import Given
 
 PathName = str | PathLike[str]
 Settings = TypeVar("Settings", bound=Section)
 
 
+@runtime_checkable
 class Field(Protocol):
     """A density field on its mesh: an optimised or a refined design."""
 
@@ -134,6 +137,7 @@ def optimize(
     threads: int | None = None,
     observer: Observer = silent,
     resume: stages.optimize.Result | Mapping[str, Any] | None = None,
+    initial: Field | Solid | None = None,
 ) -> OptimisedDesign:
     """Optimise the design of a case.
 
@@ -143,15 +147,34 @@ def optimize(
         observer: is called with every :class:`poro.DesignUpdate` and :class:`poro.Message`; what it raises ends the
             optimisation.
         resume: a design of the same problem to go on from, or the checkpoint of a design update.
+        initial: a design of another problem, or a part, to begin with; by default what ``case.initial`` says.
 
     Raises:
         Failure: if the initial design has no state or a linear solve fails its check.
     """
     start = resume.checkpoint if isinstance(resume, stages.optimize.Result) else resume
+    case, given = _first_design(case, initial)
     result = stages.optimize.run(
-        case.optimize, compute=_compute(case, threads), observer=observer, resume=dict(start) if start else None
+        case.optimize,
+        compute=_compute(case, threads),
+        observer=observer,
+        resume=dict(start) if start else None,
+        initial=given,
     )
     return OptimisedDesign(**vars(result), case=case)
+
+
+def _first_design(case: Case, initial: Field | Solid | None) -> tuple[Case, Given | None]:
+    """The case and what it begins with: what is given or else what its file holds."""
+    from actuator.geometry.zero_set import Surface
+
+    if initial is None:
+        return case, first_design.read(Path(case.initial.file))[0] if case.initial.file else None
+    if case.initial.file is None:
+        case = with_changes(case, {"initial.wall": None, "initial.file": "given"})
+    if isinstance(initial, Field):
+        return case, (initial.domain, initial.chi)
+    return case, Surface(initial.vertices, initial.triangles)
 
 
 def refine(case: Case, design: Field, *, observer: Observer = silent) -> stages.refine.Result:

@@ -150,6 +150,11 @@ class Stage:
         shortfall: str = self._call("shortfall", "", summary, path)
         return shortfall
 
+    def instability(self, summary: Mapping[str, Any], path: str) -> str:
+        """Why a state in a result that lies at a path would not last, and the remedy; empty if nothing is known."""
+        instability: str = self._call("instability", "", summary, path)
+        return instability
+
     def _call(self, function: str, default: Any, *arguments: Any) -> Any:
         """The result of a function that the module may have, called with as many arguments as it takes."""
         found = getattr(self.load(), function, None)
@@ -196,9 +201,10 @@ for _row in (
         "Optimise the design of a case.",
         module="stages.optimize",
         suffix=".h5",
-        sections=("domain", "material", "load", "objective", "optimizer"),
+        sections=("domain", "material", "load", "objective", "initial", "optimizer"),
         options=(UPDATES, THREADS),
-        recorded_only=("optimizer.keep_updates",),
+        # What a file holds decides, by its sha256, not where it lies.
+        recorded_only=("optimizer.keep_updates", "initial.file"),
         extent=("optimizer.max_updates", "optimizer.stationarity", "optimizer.least_gain"),
     ),
     Stage(

@@ -75,7 +75,7 @@ def pack(result: Result) -> Packed:
 
 def lines(found: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
     """What a user reads of the summary of a simulation, with lengths of the case and of the part."""
-    text = [("at p_in", f"{'T3/mm':>10}{'theta2/deg':>12}{'spring/mm':>11}{'energy':>9}{'leak':>10}")]
+    text = [("at p_in", f"{'T3/mm':>10}{'theta2/deg':>12}{'travel/mm':>11}{'energy':>9}{'leak':>10}")]
     if at := found["at_target"]:
         moved = f"{at['T3']:10.4f}{math.degrees(at['theta2']):12.4f}{at['elongation']:11.4f}"
         text.append(("density", f"{moved}{at['energy_ratio']:9.4f}{at['leak']:10.2e}"))

@@ -154,11 +154,20 @@ def lines(design: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
         ("C0", f"{design['terms']['C0']:.6f}   (total objective C {design['C']:.6f})"),
         ("T3", rig.both_lengths(design["T3"], 4)),
         ("theta2", f"{math.degrees(design['theta2']):.3f} degrees"),
-        ("spring elongation", rig.both_lengths(design["spring_elongation"], 3)),
+        _arm_end(design, rig),
         *(("constraints" if row == 0 else "", text) for row, text in enumerate(_constraints(design))),
         ("stationarity", f"{design['stationarity']:.1e}"),
         *(("work" if row == 0 else "", text) for row, text in enumerate(_work(design))),
     ]
+
+
+def _arm_end(design: Mapping[str, Any], rig: RigUnits) -> tuple[str, str]:
+    """What the arm's end does: its travel, which is the spring's elongation if there is one, or its force if held."""
+    end, travel = design.get("arm_end", "sprung"), rig.both_lengths(design["spring_elongation"], 3)
+    if end == "held":
+        force = design["spring_force"]
+        return "blocked force", f"{abs(force):.4g} N at the arm's end, which the spring holds, of the whole actuator"
+    return ("spring elongation" if end == "sprung" else "travel of the arm"), travel
 
 
 def _constraints(design: Mapping[str, Any]) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from actuator.arrays import Floats
 from stages.datasets import QUADRATIC_TETRAHEDRON, Dataset, GridPaths, Packed
+from stages.load import held
 
 if TYPE_CHECKING:
     from actuator.body.inflation import Inflation
@@ -202,7 +203,7 @@ class Course:
             "air_needed": air_needed(self.records[0]["chamber_volume"], at["chamber_volume"], at["pressure"])
             if at
             else None,
-            "blocked_force": self.blocked[0] if self.blocked else None,
+            "blocked_force": self._blocked(at),
             "optimised": _compared(at, optimised) if at and optimised else None,
             "energy_error": abs(last["air_work"] - last["stored_energy"]) / (abs(last["stored_energy"]) or 1.0),
             "points": len(self.records),
@@ -213,6 +214,12 @@ class Course:
         }
         curves = {name: self.column(name) for name in UNITS}
         return Result(curves, summary, self.mesh, self.states, self.finished)
+
+    def _blocked(self, at: Mapping[str, float] | None) -> float | None:
+        """Force at the arm's end where that is held at p_in, N: by the case's own spring, or as was asked for."""
+        if self.blocked:
+            return self.blocked[0]
+        return at["spring_force"] if at and held(self.problem) else None
 
     def _full_over_half(self) -> float | None:
         """Travel at p_in over travel at half of it, 2 for a linear response; None if not both were met."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,8 @@ from pydantic import Field
 from stages.design import Result, lines, pack
 from stages.domains import DomainSettings
 from stages.events import DesignUpdate, Message, Observer, silent
+from stages.initial import InitialSettings, first_design
+from stages.load import held, whole_force
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
@@ -18,8 +21,9 @@ from stages.task import Compute, Need, Task
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
-    from actuator.optimiser.loop import Outcome, Progress, Record
+    from actuator.optimiser.loop import Optimiser, Outcome, Progress, Record
     from actuator.solve.reduced import Evaluation, ReducedObjective
+    from stages.initial import Given
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
@@ -27,9 +31,18 @@ VERSION = 12
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
-    "The last design's state is not stable: its stiffness with the pressure held has negative eigenvalues ({}), often "
-    "of void that buckles. Follow it from zero pressure with `poro simulate`; if that does not reach it, raise "
-    "material.hessian_regularisation or lower load.pressure_ratio."
+    "the design is stored, but its state is not stable: its stiffness with the pressure held has negative eigenvalues "
+    "({}), often of void that buckles. `poro inflate` says what the part itself does, `poro simulate` whether the "
+    "state is reached from zero pressure; if not, raise material.hessian_regularisation or lower load.pressure_ratio, "
+    "and optimise again."
+)
+
+
+#: What is said of a case in which there is nothing to move.
+HELD = (
+    "The spring is so stiff that it holds the arm's end: C0, which is the travel of that end over L_arm, stays 0 "
+    "whatever the design, and only the other terms of C are lowered. Lower load.spring_ratio to optimise; the force at "
+    "the held end is in the summary, that of the part in `poro inflate`."
 )
 
 
@@ -51,8 +64,9 @@ class OptimizerSettings(Section):
 
 
 class Settings(ProblemSettings):
-    """Settings of the optimisation: the problem and the optimiser."""
+    """Settings of the optimisation: the problem, the design to begin with, and the optimiser."""
 
+    initial: InitialSettings = InitialSettings()
     optimizer: OptimizerSettings = OptimizerSettings()
 
 
@@ -62,6 +76,7 @@ def run(
     compute: Compute | None = None,
     observer: Observer = silent,
     resume: dict[str, Any] | None = None,
+    initial: Given | None = None,
 ) -> Result:
     """Optimise a case.
 
@@ -70,9 +85,11 @@ def run(
         compute: threads and linear solver.
         observer: receives an event per design, the initial one included.
         resume: the checkpoint of an earlier, interrupted run of the same settings.
+        initial: what the file holds that the settings name to begin with.
 
     Raises:
-        actuator.solve.equilibrium.NoState: if the initial design has no state.
+        actuator.failure.InvalidSettings: if the design to begin with is none.
+        actuator.solve.equilibrium.NoState: if it has no state.
         actuator.failure.SolveFailure: if a linear solve fails its check.
     """
     # The whole model, and numba with it: only where it runs.
@@ -110,17 +127,43 @@ def run(
         checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation, units)
         observer(DesignUpdate(_recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
+    if held(settings):
+        observer(Message(HELD))
     if resume is None:
-        start = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
-        progress = optimiser.begin(start)
+        first = first_design(settings.initial, settings, initial)
+        if first is None:
+            first = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
+        progress = _begin(optimiser, first, observer)
     else:
         progress = optimiser.resume(resume)
         observer(Message(f"Continuing after design update {len(progress.history) - 1}."))
     report(progress)
     outcome = optimiser.run(progress, optimizer.max_updates, report)
-    if negative := _negative_eigenvalues(objective, progress.evaluation):
-        observer(Message(UNSTABLE.format(negative)))
-    return _result(settings.domain.build(), objective, outcome, optimiser.checkpoint(progress), units)
+    negative = _negative_eigenvalues(objective, progress.evaluation)
+    if negative:
+        observer(Message(f"The last design's state is not stable ({negative} negative eigenvalues)."))
+    result = _result(settings.domain.build(), objective, outcome, optimiser.checkpoint(progress), units)
+    result.summary.update(
+        negative_eigenvalues=negative,
+        arm_end="held" if held(settings) else "sprung" if settings.load.spring_ratio else "free",
+        spring_force=whole_force(settings, result.summary["spring_elongation"]),
+    )
+    return result
+
+
+def _begin(optimiser: Optimiser, chi: Floats, observer: Observer) -> Progress:
+    """The first design with its state, by way of smaller pressures where Newton's method from rest does not find it."""
+    from actuator.solve.equilibrium import NoState  # as in run
+    from actuator.solve.loading import loaded
+
+    try:
+        return optimiser.begin(chi)
+    except NoState as failure:
+        observer(Message(f"{str(failure).partition(':')[0]}; the pressure is raised from zero in steps."))
+    state = loaded(
+        optimiser.objective.equilibrium, chi, lambda load: observer(Message(f"  state at {load:.0%} of p_in"))
+    )
+    return optimiser.begin(chi, (state.x, state.p))
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
@@ -228,7 +271,13 @@ def needs(case: Any) -> Need:
     return Need(cells, least_memory(cells), coarser(case.domain))
 
 
+def instability(summary: Mapping[str, Any], path: str) -> str:
+    """Why the last design's state would not last; empty if it is stable, or the solver did not tell."""
+    negative = summary.get("negative_eigenvalues")
+    return f"{path}: {UNSTABLE.format(negative)}" if negative else ""
+
+
 def start(task: Task) -> Result:
     """Optimise a case."""
     resume = None if task.resume is None else dict(task.resume)
-    return run(task.case.optimize, compute=task.compute, observer=task.observer, resume=resume)
+    return run(task.case.optimize, compute=task.compute, observer=task.observer, resume=resume, initial=task.initial)

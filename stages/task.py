@@ -12,6 +12,7 @@ from stages.events import Observer, silent
 if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
     from stages.datasets import Packed, Source
+    from stages.initial import Given
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Task:
         compute: threads and linear solver.
         observer: is told what happens.
         resume: the checkpoint to continue from, if there is one.
+        initial: what the file holds that the case names to begin with, if it names one.
     """
 
     case: Any
@@ -43,6 +45,7 @@ class Task:
     compute: Compute | None = None
     observer: Observer = silent
     resume: Mapping[str, Any] | None = None
+    initial: Given | None = None
 
     @property
     def upstream(self) -> Source:
@@ -82,7 +85,9 @@ class StageModule(Protocol):
     * ``verdict(summary)``: of these, what stands first: whether the result is any good;
     * ``needs(case)``: the least memory for a case, as :class:`Need`;
     * ``shortfall(summary, path)``: what the result at a path lacks, with the remedy, or an empty text; with such a
-      result the command ends as interrupted, or as not converged if the summary says ``finished``.
+      result the command ends as interrupted, or as not converged if the summary says ``finished``;
+    * ``instability(summary, path)``: why the state in the whole result at a path is not one that a part would stay in,
+      with the remedy, or an empty text; the stage's own command and ``run`` then end as unstable.
 
     Attributes:
         VERSION: of its method; a change of it makes older results stale.

@@ -12,14 +12,13 @@ from actuator.failure import Leaking, NotInflatable
 from actuator.geometry.bodies import shells
 from actuator.geometry.distance import distance
 from actuator.geometry.flaws import flaws
+from actuator.geometry.placing import placed
 from actuator.geometry.printing.directions import Axis
 from actuator.geometry.solid import component_labels, rounded
 from actuator.geometry.zero_set import Surface
 
 #: How far corners of an end face may lie off its plane, and mirrored corners off the surface, over the length.
 FLAT, SYMMETRIC = 1e-4, 1e-3
-#: The solid's own axis is kept if it passes this near the middle of the bounding box, over the box's width.
-NEAR_THE_MIDDLE = 0.25
 #: Corners that are compared with the surface where mirrored ones do not coincide.
 COMPARED = 2000
 
@@ -58,11 +57,8 @@ def glued(vertices: Floats, triangles: Ints, axis: Axis = "x") -> Glued:
     """
     surface = rounded(np.roll(vertices, -"xyz".index(axis), axis=1), triangles)
     _check_body(surface)
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    length, middle, width = float(high[0] - low[0]), 0.5 * (low + high), high - low
-    origin = np.where(np.abs(middle) <= NEAR_THE_MIDDLE * width, 0.0, middle)
-    origin[0] = low[0]
-    surface = Surface(surface.vertices - origin, surface.triangles)
+    length = float(np.ptp(surface.vertices[:, 0]))
+    surface = Surface(placed(surface.vertices), surface.triangles)
     x = surface.vertices[surface.triangles, 0]
     at_fixed = (x <= FLAT * length).all(axis=1)
     at_arm = (x >= (1.0 - FLAT) * length).all(axis=1)

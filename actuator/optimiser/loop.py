@@ -115,14 +115,18 @@ class Optimiser:
 
     # -------------------------------------------------------------------- start
 
-    def begin(self, chi: Floats) -> Progress:
+    def begin(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> Progress:
         """Evaluate the initial design.
+
+        Args:
+            chi: design, (n_vertices,).
+            start: x and p to begin Newton's method with; at rest if None.
 
         Raises:
             actuator.solve.equilibrium.NoState: if it has no state.
         """
         clock = _Clock()
-        evaluation = self.objective.evaluate(chi)
+        evaluation = self.objective.evaluate(chi, start)
         clock.lap("state")
         gradient = self.objective.gradient(evaluation)
         clock.lap("adjoint")

@@ -15,6 +15,7 @@ Kunisch 2002, doi:10.1137/S1052623401383558), which solves the subproblem to the
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -249,6 +250,13 @@ class Subproblem:
 
         def apply(r: Floats) -> Floats:
             z = self._solver.solve(r, check=None)
-            return z - inverse @ sl.solve(small, columns.T @ z, assume_a="sym")
+            # Of directions that B hardly tells apart some digits are lost. That is no matter for the user: whatever
+            # comes out is only a direction to search along, and is held against the subproblem itself.
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", sl.LinAlgWarning)
+                try:
+                    return z - inverse @ sl.solve(small, columns.T @ z, assume_a="sym")
+                except sl.LinAlgError:  # singular: the sparse part alone still leads downhill
+                    return z
 
         return apply

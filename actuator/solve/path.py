@@ -120,7 +120,7 @@ def begin(problem: Problem, z: Floats, load: float, control: Control, *, upwards
     Raises:
         SolveFailure: if there is no solution close to it.
     """
-    z, _, newton = _correct(problem, z, load, None, control)
+    z, _, newton = correct(problem, z, load, None, control)
     point = _with_tangent(problem, z, load, newton, None)
     return point if (point.slope > 0.0) == upwards else point.reversed()
 
@@ -201,7 +201,7 @@ def _advance(problem: Problem, here: Point, step: float, stops: Sequence[float],
         step = (target - here.load) / here.slope
         return _land(problem, here, here.z + step * here.direction, target, step, control)
     z, load = here.z + step * here.direction, here.load + step * here.slope
-    found, reached, newton = _correct(problem, z, load, here, control)
+    found, reached, newton = correct(problem, z, load, here, control)
     target = _first_between(stops, here.load, reached)
     if target is not None:
         share = (target - here.load) / (reached - here.load)
@@ -210,7 +210,7 @@ def _advance(problem: Problem, here: Point, step: float, stops: Sequence[float],
 
 
 def _land(problem: Problem, here: Point, z: Floats, load: float, step: float, control: Control) -> Point:
-    found, _, newton = _correct(problem, z, load, None, control)
+    found, _, newton = correct(problem, z, load, None, control)
     return _checked(problem, here, found, load, newton, (z, load), step, control)
 
 
@@ -243,13 +243,16 @@ def _explained(here: Point, there: Point) -> bool:
     return abs(there.negative - here.negative) == int(here.slope * there.slope < 0.0)
 
 
-def _correct(
+def correct(
     problem: Problem, z: Floats, load: float, normal: Point | None, control: Control
 ) -> tuple[Floats, float, int]:
     """Newton's method in the plane through (z, λ) normal to a point's tangent, or at fixed λ; returns z, λ, steps.
 
     The plane passes through the start and the equation of the plane is linear, so every iterate, damped or not,
     stays in it.
+
+    Raises:
+        SolveFailure: if it does not converge.
     """
     residual = problem.residual(z, load)
     norm = problem.norm(residual)
@@ -307,7 +310,7 @@ def _located(problem: Problem, here: Point, there: Point, control: Control) -> P
     for _ in range(MOST_SECANTS):
         step = (low * at_high - high * at_low) / (at_high - at_low)
         try:
-            z, load, newton = _correct(
+            z, load, newton = correct(
                 problem, here.z + step * here.direction, here.load + step * here.slope, here, control
             )
             found = _with_tangent(problem, z, load, newton, here)

@@ -113,11 +113,22 @@ def find_case(argument: Path) -> Path:
 def read_case(path: Path) -> tuple[Case, str]:
     """Read and check a case file; returns the case and the text as the user wrote it.
 
+    A file that the case names is looked for beside it, and else in the working folder; the case has its whole path.
+
     Raises:
         Fault: one sentence for every mistake (USAGE).
     """
     text = read_bytes(path)
-    return parse_case(text, str(path), path.stem), text.decode("utf-8-sig")
+    return _seen_from(path.parent, parse_case(text, str(path), path.stem)), text.decode("utf-8-sig")
+
+
+def _seen_from(folder: Path, case: Case) -> Case:
+    """The case with the whole path of the file that it begins with."""
+    if case.initial.file is None:
+        return case
+    beside, here = folder / case.initial.file, Path(case.initial.file)
+    whole = str((here if here.exists() and not beside.exists() else beside).absolute())
+    return case.model_copy(update={"initial": case.initial.model_copy(update={"file": whole})})
 
 
 def read_bytes(path: Path) -> bytes:

@@ -5,9 +5,12 @@ Heavy modules are imported inside the commands, so that ``poro --help`` is immed
 
 from __future__ import annotations
 
+import logging
 import sys
 import tempfile
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import TextIOWrapper
 from typing import Annotated
 
@@ -86,7 +89,7 @@ def call(arguments: list[str]) -> ExitCode:
 
 def _called(arguments: list[str]) -> ExitCode:
     try:
-        with heeded():
+        with heeded(), _warnings_logged():
             ended = program()(arguments or ["--help"], prog_name="poro", standalone_mode=False)
     except Fault as fault:
         return _end(fault.code, str(fault))
@@ -108,6 +111,20 @@ def _called(arguments: list[str]) -> ExitCode:
     if ended == ExitCode.INTERRUPTED:  # what typer makes of a KeyboardInterrupt
         return _end(ExitCode.INTERRUPTED, "Interrupted; run the same command again.")
     return ExitCode.OK
+
+
+@contextmanager
+def _warnings_logged() -> Iterator[None]:
+    """Warnings of libraries go to the log, if the command has one, and never to the terminal."""
+    told = logging.getLogger("py.warnings")
+    told.propagate = False
+    logging.captureWarnings(True)
+    if not told.handlers:
+        told.addHandler(logging.NullHandler())
+    try:
+        yield
+    finally:
+        logging.captureWarnings(False)
 
 
 def _end(code: ExitCode, sentence: str) -> ExitCode:

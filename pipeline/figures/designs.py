@@ -44,6 +44,7 @@ class DesignFigure:
         report_format: in the report; pixels there where lines are too many.
         table: the same as CSV, for ``NAME-name.csv``, if numbers are wanted too.
         of_simulation: whether it shows the simulation beside the design, and is drawn only where there is one.
+        of_own_start: whether it shows the domain's own initial design, and is drawn only where a case begins with that.
     """
 
     draw: Callable[[OptimisedDesign], Drawn]
@@ -52,6 +53,7 @@ class DesignFigure:
     report_format: Format = "svg"
     table: Callable[[OptimisedDesign], str] | None = None
     of_simulation: bool = False
+    of_own_start: bool = False
 
 
 def _response(design: OptimisedDesign) -> Figure:
@@ -70,6 +72,7 @@ FIGURES.register(
         "Initial design",
         "The design that the optimisation starts from (Appendix C of the paper): the solid in its domain, and "
         "its density in two sections with the outline ρ = 0.5 and the region of the pressure source.",
+        of_own_start=True,
     ),
 )
 FIGURES.register(
@@ -122,7 +125,11 @@ FIGURES.register(
 
 def figures_of(design: OptimisedDesign) -> dict[str, DesignFigure]:
     """The figures that can be drawn of a design, by name."""
-    return {name: figure for name, figure in FIGURES.items() if design.simulation or not figure.of_simulation}
+    return {
+        name: figure
+        for name, figure in FIGURES.items()
+        if (design.simulation or not figure.of_simulation) and (design.case.initial.own or not figure.of_own_start)
+    }
 
 
 def drawn(design: OptimisedDesign, name: str, format: str) -> tuple[str, bytes]:

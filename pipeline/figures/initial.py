@@ -14,7 +14,7 @@ from scipy.special import expit
 from actuator.arrays import Floats
 from actuator.geometry.outer_triangles import outer_triangles
 from actuator.geometry.zero_set import solid_boundary
-from pipeline.figures.offscreen import ABOVE, BODY
+from pipeline.figures.offscreen import ABOVE, BODY, CannotDraw
 from pipeline.figures.shading import draw_solid, projection
 from pipeline.results.design import OptimisedDesign
 
@@ -26,7 +26,13 @@ SHARP = np.cos(np.radians(30.0))
 
 
 def initial(design: OptimisedDesign) -> Figure:
-    """The initial solid in the domain, half of it if half is modelled; sections across the axis and in X2 = 0."""
+    """The initial solid in the domain, half of it if half is modelled; sections across the axis and in X2 = 0.
+
+    Raises:
+        CannotDraw: if the case does not begin with the domain's own design.
+    """
+    if not design.case.initial.own:
+        raise CannotDraw("The case begins with a wall or a file of its own (section 'initial').")
     domain = design.domain
     figure = Figure(figsize=(11.0, 4.2), dpi=110, layout="constrained")
     solid, across, along = figure.subplots(1, 3, width_ratios=(1.25, 1.3, 1.0))

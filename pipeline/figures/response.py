@@ -12,7 +12,7 @@ COLOUR = "#1f4e79"
 
 
 def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
-    """Pressure against spring elongation and arm rotation.
+    """Pressure against the travel of the arm's end, by which a spring there is elongated, and the arm's rotation.
 
     Args:
         simulation: the curve.
@@ -35,7 +35,7 @@ def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
         axes.axhline(target, color="#888888", linewidth=0.8, linestyle=":")
         axes.grid(alpha=0.3)
     unit, of_part = "kPa" if rig else "N/mm²", ", part" if rig and not rig.same else ""
-    left.set(xlabel=f"spring elongation [mm{of_part}]", ylabel=f"pressure [{unit}{of_part}]")
+    left.set(xlabel=f"travel of the arm's end [mm{of_part}]", ylabel=f"pressure [{unit}{of_part}]")
     right.set(xlabel="arm rotation θ2 [degrees]")
     left.legend(frameon=False)
     return figure

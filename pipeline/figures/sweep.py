@@ -16,7 +16,7 @@ DRAWN = {
     "C0": "main objective C0",
     "T3": "T3 [mm]",
     "theta2": "arm rotation θ2 [degrees]",
-    "spring_elongation": "spring elongation [mm]",
+    "spring_elongation": "travel of the arm's end [mm]",
 }
 #: Most curves in one panel; two keys with more are drawn as a map. Most curves that a legend lists.
 MOST_CURVES, MOST_LISTED = 8, 12

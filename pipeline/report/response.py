@@ -21,7 +21,7 @@ def simulated(summary: Summary, rig: RigUnits) -> list[Entry]:
             Entry("p_in", rig.both_pressures(summary["pressure_in"])),
             Entry("θ2 at p_in", f"{np.degrees(at['theta2']):.3f}°"),
             Entry("T3 at p_in", rig.both_lengths(at["T3"], 3)),
-            Entry("spring elongation at p_in", rig.both_lengths(at["elongation"], 3)),
+            Entry("travel of the arm's end at p_in", rig.both_lengths(at["elongation"], 3)),
             Entry("max Ψ / Ψ_lim at p_in", f"{at['energy_ratio']:.3f}"),
             Entry("largest p / p_in on the outer wall at p_in", f"{at['leak']:.1e}"),
         ]

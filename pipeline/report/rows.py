@@ -13,6 +13,7 @@ from pipeline.case.model import Case
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.paper import Reference, on_the_papers_mesh
 from pipeline.results.wording import duration, formatted
+from stages.load import held, travel, whole_force
 from stages.rig import RigUnits
 
 Summary = Mapping[str, Any]
@@ -83,7 +84,7 @@ def performance(design: OptimisedDesign, reference: Reference | None, rig: RigUn
         ("main objective C0", "C0", 6, 1.0),
         ("shift of the arm's root T3 [mm]", "T3", 3, 1.0),
         ("rotation of the arm θ2 [°]", "theta2", 3, 180.0 / math.pi),
-        ("elongation of the spring [mm]", "elongation", 3, 1.0),
+        (f"{travel(design.case)} [mm]", "elongation", 3, 1.0),
         ("shift of the arm's root T1 [mm]", "T1", 3, 1.0),
         ("total objective C", "C", 6, 1.0),
     )
@@ -143,10 +144,14 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
     beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
     own = "" if rig.same else ", in size and modulus of the case,"
+    if held(case):
+        moves = f"pulls with {abs(whole_force(case, moved)):.3g} N at its end, which the spring holds"
+    else:
+        whose_end = "the spring's end" if load.spring_stiffness else "its end"
+        moves = f"moves {whose_end} by {moved:.2f} mm"
     sentences = [
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
-        f"Under {1e3 * load.pressure:.3g} kPa{own} it turns the arm by {turned:.2f}° and moves the spring's end by "
-        f"{moved:.2f} mm{beside}.",
+        f"Under {1e3 * load.pressure:.3g} kPa{own} it turns the arm by {turned:.2f}° and {moves}{beside}.",
         *([] if rig.same else [f"{_of_part(rig)} {rig.millimetres(abs(moved)):.2f} mm."]),
         f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",

@@ -5,14 +5,15 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from actuator import failure
 from actuator.arrays import Floats, Ints
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.wording import byte_size, duration
-from pipeline.runs import checkpoint, resuming
+from pipeline.runs import checkpoint, first_design, resuming
 from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.keys import plain
@@ -24,6 +25,9 @@ from pipeline.store.solid_file import read_solid
 from stages.chain import STAGES, followers, path_to
 from stages.datasets import Packed, Product
 from stages.task import Task
+
+if TYPE_CHECKING:
+    from stages.initial import Given
 
 Summary = dict[str, Any]
 
@@ -127,12 +131,24 @@ class Execution:
             optimised=self._optimised(row.after) if row.takes_part else None,
             compute=job.case.compute.build(),
             observer=self.reporter.observe,
+            initial=self._initial() if step.stage == checkpoint.OPTIMIZE else None,
         )
         self.reporter.log.info("%s: %s", step.stage, task.compute)
         if step.stage == checkpoint.OPTIMIZE:
             return resuming.run(job, task, fresh=self.fresh, forced="forced" in step.reasons)
         module = row.load()
         return module.pack(module.start(task))
+
+    def _initial(self) -> Given | None:
+        """What the file holds that the case begins with, if it names one."""
+        named = self.job.case.initial
+        if named.file is None:
+            return None
+        found, digest = first_design.read(Path(named.file))
+        if digest != named.sha256:
+            sentence = f"{named.file}: was replaced by another process at this moment; run the same command again."
+            raise Fault(ExitCode.BUSY, sentence)
+        return found
 
     def _part(self) -> tuple[Floats, Ints]:
         """The part that was made or given."""

@@ -53,7 +53,7 @@ LOAD_COLUMNS = {
     "load_factor": Column("load", 8, ".4f"),
     "T3": Column("T3/mm", 11, ".5f"),
     "theta2": Column("theta2", 9, ".4f", math.degrees(1.0)),
-    "elongation": Column("spring", 9, ".4f"),
+    "elongation": Column("travel", 9, ".4f"),
     "energy_ratio": Column("energy", 9, ".4f"),
     "leak": Column("leak", 10, ".2e"),
     "strain_p99": Column("strain 99%", 12, ".4f"),

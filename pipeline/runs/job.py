@@ -11,6 +11,7 @@ from pipeline.case.changes import SET, changed, parsed
 from pipeline.case.model import Case, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.adopted import adopted, exported, is_solid
+from pipeline.runs.first_design import known_by_content
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
@@ -166,10 +167,17 @@ def make_job(
         flags: those of its options that say so, by key; ``--set`` says the rest.
 
     Raises:
-        Fault: if a value of the command line is out of range (USAGE).
+        Fault: if a value of the command line is out of range, or the file that the case begins with is not usable.
     """
-    changes = changes or {}
+    changes = dict(changes or {})
+    if given is None:
+        own = known_by_content(own, argument, text, Files(folder, own.name, ""))
+    if "initial.file" in changes:
+        changes = {"initial.sha256": None, **changes}
     case = changed(own, changes, flags or {}) if changes else own
+    if "initial.file" in changes:
+        case = known_by_content(case, argument, "", Files(folder, case.name, ""))
+        changes["initial.sha256"] = case.initial.sha256
     names = renaming()
     tag = "".join(f".{names[key]}-{value:g}" for key, value in changes.items() if key in names)
     part = f"{case.name}{tag}{FORMATS[case.export.format].ending}"

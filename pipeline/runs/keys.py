@@ -58,9 +58,15 @@ def _path_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
 
 
 def _without(resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str]) -> dict[str, Any]:
-    return {
+    """Sections without some keys; one that says nothing is left out, so that results of before it was known stay."""
+    kept = {
         section: {key: value for key, value in resolved.get(section, {}).items() if f"{section}.{key}" not in left_out}
         for section in sections
+    }
+    return {
+        section: values
+        for section, values in kept.items()
+        if section in resolved and (not values or any(value is not None for value in values.values()))
     }
 
 

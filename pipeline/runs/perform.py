@@ -12,13 +12,14 @@ from pipeline.case.remarks import remarks
 from pipeline.exit_codes import ExitCode, Fault, unexpected
 from pipeline.results import summary
 from pipeline.results.json_output import result_json
+from pipeline.results.summary import Summaries
 from pipeline.runs import beside, memory
 from pipeline.runs.adopted import identity, refuse_other
 from pipeline.runs.claim import claimed
 from pipeline.runs.earlier import another_problem, set_aside
 from pipeline.runs.execution import Execution, Unfit
 from pipeline.runs.job import Job, open_job
-from pipeline.runs.plan import Step, plan, status
+from pipeline.runs.plan import Step, instability, plan, status
 from pipeline.runs.progress import Reporter, reporting
 from pipeline.runs.rig_sheet import as_told, part_units
 from pipeline.store.artifact import program_version
@@ -35,7 +36,7 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
     Returns:
         The summary, as text or as JSON, and what is wrong with what it says: a part that cannot be inflated
         (BAD_SOLID), a last result that the user interrupted (INTERRUPTED) or that could not be computed to its end
-        (NOT_CONVERGED).
+        (NOT_CONVERGED), or a state that is not stable (UNSTABLE).
 
     Raises:
         Fault: with the code and sentence for what went wrong.
@@ -72,7 +73,7 @@ def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: 
             raise unexpected(error, job.files.log) from error
     name, summaries = job.case.name, execution.summaries
     rig = part_units(job, summaries.get("inflate"))
-    fault = fault or _shortfall(done[-1], summaries[done[-1].stage])
+    fault = fault or _shortfall(done[-1], summaries[done[-1].stage]) or _instability(command, done, summaries)
     # Of a single stage's command nobody wants to read again of those before, unless they have just run.
     wanted = [step.stage for step in done if as_json or command == "run" or step.runs or step is done[-1]]
     results = [_result(job, step) for step in done if step.stage in wanted and not step.given]
@@ -114,6 +115,15 @@ def _shortfall(step: Step, found: Mapping[str, Any]) -> Fault | None:
     shortfall = STAGES[step.stage].shortfall(found, str(step.path))
     code = ExitCode.NOT_CONVERGED if found.get("finished", True) else ExitCode.INTERRUPTED
     return Fault(code, shortfall) if shortfall else None
+
+
+def _instability(command: str, done: list[Step], summaries: Summaries) -> Fault | None:
+    """What is not stable in the results that a command is about; None if nothing is.
+
+    A stage that only works on such a result, as `poro simulate` does, ends by its own.
+    """
+    sentence = instability([step for step in done if command in ("run", step.stage)], summaries)
+    return Fault(ExitCode.UNSTABLE, sentence) if sentence else None
 
 
 def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,21 @@ def status(job: Job) -> list[Step]:
             continue
         steps[stage] = _step(job, stage, steps.get(row.after), None)
     return list(steps.values())
+
+
+def instability(steps: Iterable[Step], summaries: Mapping[str, Mapping[str, Any]]) -> str:
+    """What is said of the first result that holds a state which is not stable; empty if nothing is known of one.
+
+    Args:
+        steps: that are done.
+        summaries: by stage.
+    """
+    told = (
+        STAGES[step.stage].instability(summaries[step.stage], str(step.path))
+        for step in steps
+        if step.stage in summaries
+    )
+    return next(filter(None, told), "")
 
 
 def _refuse_elsewhere(first: str | None, wanted: tuple[str, ...]) -> None:

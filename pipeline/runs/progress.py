@@ -138,6 +138,9 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     log.propagate = False
     handlers: list[logging.Handler] = [logging.FileHandler(log_path, encoding="utf-8")]
     handlers[0].setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    # Warnings of libraries, which pipeline.cli.app keeps from the terminal.
+    of_libraries = logging.getLogger("py.warnings")
+    of_libraries.addHandler(handlers[0])
     try:
         with _display(console, counted) as display:
             handlers += [_LogDisplay(display)] * verbose()
@@ -145,6 +148,7 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
                 log.addHandler(handler)
             yield Reporter(display, log)
     finally:
+        of_libraries.removeHandler(handlers[0])
         for handler in handlers:
             log.removeHandler(handler)
             handler.close()

@@ -102,7 +102,8 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
     # A field's description begins with its symbol: "R, domain radius [mm]".
     symbols = {key: str(type(domain).model_fields[key].description).partition(",")[0] for key in sheet.lengths}
     plate = f"{spring.spring_thickness:g} mm thick, {spring.spring_width:g} mm wide, {spring.spring_modulus:g} N/mm²"
-    length = f"{sheet.spring_length:.1f} mm" if math.isfinite(sheet.spring_length) else "no spring"
+    length = f"{sheet.spring_length:.1f} mm"
+    spring_there = f"{sheet.spring_stiffness:.4g} N/mm" if sheet.spring_stiffness else "none"
     travel = "not known" if sheet.spring_travel is None else f"{sheet.spring_travel:.2f} mm, {_of(sheet.as_printed)}"
     rows = [
         ("size of the part over size of the domain", f"{sheet.scale:g}"),
@@ -110,9 +111,9 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
         *((f"{key} {symbols[key]}", f"{value:g} mm") for key, value in sheet.lengths.items()),
         ("arm L_arm, from the glued face", f"{sheet.arm_length:g} mm"),
         ("pressure p_in", f"{sheet.pressure:.3g} kPa"),
-        ("spring at the arm's end, whole actuator", f"{sheet.spring_stiffness:.4g} N/mm"),
-        (f"free length of a cantilever of {plate}", length),
-        ("predicted travel of the spring's end at p_in", travel),
+        ("spring at the arm's end, whole actuator", spring_there),
+        *([(f"free length of a cantilever of {plate}", length)] if sheet.spring_stiffness else []),
+        ("predicted travel of the arm's end at p_in", travel),
     ]
     if not rig.same:
         moved = "" if sheet.spring_travel is None else f", {sheet.spring_travel / sheet.scale:.2f} mm"
@@ -124,14 +125,14 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
 
 def lines(rig: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What a user reads of the sheet at the end of a run."""
-    length = "" if rig["spring_length"] is None else f", a cantilever of {rig['spring_length']:.1f} mm"
-    lines = [
-        ("rig", f"p_in {rig['pressure']:.3g} kPa, arm {rig['arm_length']:g} mm"),
-        ("", f"spring {rig['spring_stiffness']:.4g} N/mm{length}"),
-    ]
+    lines = [("rig", f"p_in {rig['pressure']:.3g} kPa, arm {rig['arm_length']:g} mm")]
+    if rig["spring_length"] is None:
+        lines.append(("", "no spring"))
+    else:
+        lines.append(("", f"spring {rig['spring_stiffness']:.4g} N/mm, a cantilever of {rig['spring_length']:.1f} mm"))
     if rig["spring_travel"] is not None:
         travel = f"{rig['spring_travel']:.2f} mm, {_of(rig['as_printed'])}"
-        lines.append(("", f"predicted travel of the spring's end {travel}"))
+        lines.append(("", f"predicted travel of the arm's end {travel}"))
     return lines
 
 

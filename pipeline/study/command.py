@@ -52,7 +52,9 @@ def run(sweep: Sweep, variants: tuple[Variant, ...], jobs: int | None) -> None:
     waiting = []
     for variant in variants:
         if sweep.complete(variant):
-            sweep.keep(variant, sweep.ended(variant, int(ExitCode.OK), ""))
+            outcome = sweep.outcome(variant)
+            assert outcome is not None, "what is complete has ended"
+            sweep.keep(variant, outcome)
         else:
             waiting.append(variant)
     jobs = jobs or max(1, available_cores() // sweep.threads)
@@ -95,14 +97,14 @@ def told(sweep: Sweep, *, as_json: bool) -> tuple[str, list[Row]]:
 
 
 def refuse_ended(sweep: Sweep, variants: Iterable[Variant]) -> None:
-    """Do nothing if these cases ended well.
+    """Do nothing if these cases ended with a result; that one is not stable is for the table of all of them to say.
 
     Raises:
         Fault: with the exit code and sentence of the first that failed.
     """
     for variant in variants:
         outcome = sweep.outcome(variant)
-        if outcome and outcome.exit_code:
+        if outcome and outcome.exit_code not in (ExitCode.OK, ExitCode.UNSTABLE):
             raise Fault(ExitCode(outcome.exit_code), f"{variant.case.name}: {outcome.sentence}")
 
 
@@ -111,9 +113,10 @@ def refuse(table: list[Row]) -> None:
 
     Raises:
         Fault: with the exit code of the first case of the table that failed; if none failed but some have not been
-            run to an end, ARTIFACT.
+            run to an end, ARTIFACT, or else if the state of some is not stable, UNSTABLE.
     """
-    failed = [row for row in table if row["exit_code"]]
+    unstable = [row for row in table if row["exit_code"] == ExitCode.UNSTABLE]
+    failed = [row for row in table if row["exit_code"] and row not in unstable]
     missing = [row for row in table if row["exit_code"] is None]
     if failed:
         first = failed[0]
@@ -126,4 +129,11 @@ def refuse(table: list[Row]) -> None:
             ExitCode.ARTIFACT,
             f"{len(missing)} of {len(table)} cases are not run to an end, the first of them {missing[0]['name']}; "
             "run the study without --collect.",
+        )
+    if unstable:
+        first = unstable[0]
+        raise Fault(
+            ExitCode.UNSTABLE,
+            f"The state of {len(unstable)} of {len(table)} cases is not stable, the first of them {first['name']}: "
+            f"{first['sentence']}",
         )

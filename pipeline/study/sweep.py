@@ -20,7 +20,7 @@ from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.wording import duration
 from pipeline.runs.job import make_job
-from pipeline.runs.plan import Step, plan
+from pipeline.runs.plan import Step, instability, plan
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
 from pipeline.store.files import make_folder
@@ -133,7 +133,8 @@ class Sweep:
     def outcome(self, variant: Variant) -> CaseOutcome | None:
         """How a variant ended last; None if it has not been run to an end as it is now."""
         if self.complete(variant):
-            return self.ended(variant, int(ExitCode.OK), "")
+            unstable = instability(self.steps(variant), self.summaries(variant))
+            return self.ended(variant, int(ExitCode.UNSTABLE if unstable else ExitCode.OK), unstable)
         try:
             found = CaseOutcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):

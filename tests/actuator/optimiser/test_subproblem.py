@@ -178,3 +178,12 @@ def test_no_step_where_nothing_is_to_be_gained() -> None:
     balanced = -given.objective.design(given.chi).gradient
     proposal = replace(given, linear=balanced).solve()
     assert proposal is None or proposal.change > -1e-12
+
+
+def test_curvature_of_which_digits_are_lost_is_no_matter_for_the_user() -> None:
+    hard = problem(inside=True, pairs=1)
+    s = np.random.default_rng(3).standard_normal(hard.norm.size)
+    hard.curvature.learn(s, 1e20 * (hard.norm @ s) / hard.norm.volume)
+    found = hard.solve()  # no warning, which would be an error here
+    assert found is not None
+    assert found.change < 0.0

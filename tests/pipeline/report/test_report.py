@@ -240,7 +240,7 @@ def test_simulation_and_comparison_are_reported(
     simulated = section_of(page, "simulation")
     assert "path the optimised state is reached" in simulated
     elongation = read_simulation(simulation).summary["at_target"]["elongation"]
-    assert f"spring elongation at p_in {elongation:.3f} mm" in simulated
+    assert f"travel of the arm's end at p_in {elongation:.3f} mm" in simulated
     measured = section_of(page, "measured")
     assert "SYNTHETIC, not measured" in measured
     assert f"deviation {found['target']['deviation_mm']:+.3f} mm" in measured

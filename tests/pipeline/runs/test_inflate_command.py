@@ -80,7 +80,7 @@ def test_foreign_solid_is_inflated_with_a_case_and_nothing_is_left_beside_it(her
     assert float(at["rig_elongation [mm]"]) == pytest.approx(scale * float(at["elongation [mm]"]))
     sheet = (results / "tube (1).rig.md").read_text()
     travel = scale * abs(float(at["elongation [mm]"]))
-    assert f"| predicted travel of the spring's end at p_in | {travel:.2f} mm, as printed |" in sheet
+    assert f"| predicted travel of the arm's end at p_in | {travel:.2f} mm, as printed |" in sheet
 
     again = poro("inflate", "tube (1).stl", "--case", "soft.yaml", "--output", "results", "--json")
     assert "inflate: up to date" in again.err

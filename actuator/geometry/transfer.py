@@ -1,0 +1,87 @@
+"""Designs from elsewhere on the vertices of a domain: of another mesh, of a solid, of a wall of given thickness."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from actuator.arrays import Floats
+from actuator.domains.interface import Domain
+from actuator.failure import InvalidSettings
+from actuator.geometry.distance import distance, signed_distance
+from actuator.geometry.flaws import flaws
+from actuator.geometry.placing import placed
+from actuator.geometry.printing.directions import Axis
+from actuator.geometry.solid import rounded
+from actuator.geometry.zero_set import Surface
+
+#: How far from the planes of the plates a solid's end faces may lie, and the inside is asked for, over the length.
+FLAT = 1e-3
+
+
+def interpolated(source: Domain, chi: Floats, domain: Domain) -> Floats:
+    """χ of another domain at the vertices of this one, (n_vertices,).
+
+    Equal meshes keep their values. Others are laid over each other by length and size; χ is linear in the tetrahedra
+    of the source, and a vertex outside of them, at a curved wall, takes the value of the nearest place.
+    """
+    if source.points.shape == domain.points.shape and np.allclose(source.points, domain.points, atol=0.0, rtol=1e-9):
+        return np.array(chi)
+    import pyvista  # slow to load
+
+    ratio = np.array([source.length / domain.length, *(2 * [source.size / domain.size])])
+    places = domain.points * ratio
+    if source.mirrored:
+        places[:, 1] = np.abs(places[:, 1])
+    tetrahedra = source.tetrahedra().corners
+    there = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: tetrahedra}, source.points)
+    cells, nearest = there.find_closest_cell(places, return_closest_point=True)
+    corners = tetrahedra[cells]
+    origin, edges = source.points[corners[:, 0]], source.points[corners[:, 1:]] - source.points[corners[:, :1]]
+    shares = np.linalg.solve(edges.transpose(0, 2, 1), (nearest - origin)[..., None])[..., 0]
+    values = chi[corners]
+    return np.asarray(values[:, 0] + (shares * (values[:, 1:] - values[:, :1])).sum(axis=1))
+
+
+def around_chamber(domain: Domain, thickness: float) -> Floats:
+    """Distance into a wall of a thickness along the outside of the domain, (n_vertices,), mm; negative in its chamber.
+
+    The outside is measured as positive too: that the surface lies in the domain is the passive bound's business.
+    """
+    facets = domain.mesh.facets[:, domain.outside.facets].T
+    # The corners of a facet stand in no order around it; all four triangles of three of them cover it in any case.
+    triangles = np.concatenate([facets[:, corners] for corners in combinations(range(4), 3)])
+    return thickness - distance(domain.points, Surface(domain.points, triangles))
+
+
+def of_solid(solid: Surface, domain: Domain, axis: Axis, scale: float | None) -> Floats:
+    """Distance into a solid from its sides at the vertices of a domain, (n_vertices,), mm; negative outside of it.
+
+    Its end faces do not count: plates close them, and the wall goes on to the plates.
+
+    Args:
+        solid: in the size of the print, mm.
+        domain: with its axis along X1, from X1 = 0.
+        axis: of the solid.
+        scale: size of the solid over that of the domain; by their lengths if None.
+
+    Raises:
+        InvalidSettings: if the triangles bound no solid.
+    """
+    surface = rounded(np.roll(solid.vertices, -"xyz".index(axis), axis=1), solid.triangles)
+    found = flaws(surface)
+    if found.open or found.crowded or found.turned:
+        raise InvalidSettings(
+            "initial.file: the triangles bound no solid, so that inside and outside cannot be told; `poro check` says "
+            "where, repair the file."
+        )
+    scale = scale or float(np.ptp(surface.vertices[:, 0])) / domain.length
+    surface = Surface(placed(surface.vertices) / scale, surface.triangles)
+    x = surface.vertices[surface.triangles, 0]
+    low, high = FLAT * domain.length, (1.0 - FLAT) * domain.length
+    sides = ~((x <= low).all(axis=1) | (x >= high).all(axis=1))
+    # On the very planes of the plates inside and outside of the end faces are not told apart.
+    places = np.column_stack([np.clip(domain.points[:, 0], 2.0 * low, domain.length - 2.0 * low), domain.points[:, 1:]])
+    inside = np.where(signed_distance(places, surface) < 0.0, 1.0, -1.0)
+    return inside * distance(places, Surface(surface.vertices, surface.triangles[sides]))
