@@ -30,8 +30,8 @@ import stages.slices
 from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
-from pipeline.measured.comparison import prediction_of
 from pipeline.measured.measurement import read_measurement
+from pipeline.measured.predictions import prediction_of
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflation, read_inflation

@@ -266,7 +266,7 @@ def test_snap_through_is_passed_at_its_pressure() -> None:
 GOOD = recording(Truth())
 ROWS = len(GOOD.pressure)
 SPIKED = GOOD.pressure.copy()
-SPIKED[20] = 25.0
+SPIKED[20:24] = [25.0, 24.9, 24.8, 24.7]  # and the displacement with it: no lost sample
 REFUSED = {
     "there are 9 rows, and 10 are needed": Recording(GOOD.pressure[:9], GOOD.displacement[:9]),
     "the pressure is constant": Recording(np.full(ROWS, 3.0), GOOD.displacement),
@@ -274,7 +274,7 @@ REFUSED = {
     "the displacement is constant": Recording(GOOD.pressure, np.full(ROWS, 3.0)),
     "the pressure only falls": Recording(GOOD.pressure[360:600], GOOD.displacement[360:600]),
     "no loading part that begins at rest": Recording(GOOD.pressure[240:600], GOOD.displacement[240:600]),
-    "a whole loading part of fewer than 5 rows": Recording(SPIKED[:-50], GOOD.displacement[:-50]),
+    "a whole loading part of fewer than 5 rows": Recording(SPIKED[:-50], 1.1 * SPIKED[:-50]),
     "leaves out 25 kPa between two rows": Recording(np.where(GOOD.pressure > 12.5, 25.0, 0.0), GOOD.displacement),
     "the displacement is constant while the pressure rises": Recording(
         GOOD.pressure, np.concatenate([np.zeros(660), GOOD.displacement[660:]])

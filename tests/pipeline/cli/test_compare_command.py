@@ -144,7 +144,10 @@ def test_target_and_other_options(simulated: Path, measured: Path, poro: Poro) -
     found = json.loads(ended.out)
     assert found["target"]["measured_mm"] < -20.0
     assert found["alignment"]["rows"] == 0
-    assert found["settings"] == {"target": None, "zero": "none", "sensor": "falls", "smoothing": 0.05, "lag": 0.1}
+    assert found["settings"] == {
+        **{"target": None, "zero": "none", "sensor": "falls", "smoothing": 0.05, "lag": 0.1},
+        "pressure_sensor": "auto",
+    }
 
 
 def test_without_a_simulation_the_single_point_is_compared(folder: Path, measured: Path, poro: Poro) -> None:

@@ -164,8 +164,8 @@ WRONG = {
         "--pressure-column.",
     ),
     "unknown unit": (
-        "pressure [atm],u [mm]\n1,2\n",
-        ":1: column 'pressure [atm]': 'atm' is no unit of pressure that is known; write one",
+        "pressure [furlong],u [mm]\n1,2\n",
+        ":1: column 'pressure [furlong]': 'furlong' is no unit of pressure that is known; write one",
     ),
     "prefix in another case": ("pressure [mPa],u [mm]\n1,2\n", "'mPa' is no unit of pressure that is known"),
     "no unit": ("pressure,u [mm]\n1,2\n", ":1: column 'pressure': it has no unit; write one of kPa"),
