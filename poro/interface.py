@@ -30,6 +30,7 @@ import stages.slices
 from pipeline.case.model import Case, case_type, find_case, mistakes
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
+from pipeline.measured.fitting import fit_test
 from pipeline.measured.measurement import read_measurement
 from pipeline.measured.predictions import prediction_of
 from pipeline.measured.uniaxial_test import read_uniaxial_test
@@ -273,15 +274,13 @@ def fit(test: PathName | tuple[Floats, Floats], *, unit: str | None = None, **op
     Args:
         test: CSV with stretch (or strain) and engineering stress, or both as arrays, the stress in N/mm².
         unit: of the stress of a file whose header has none.
-        options: fields of :class:`stages.fit.Settings`: ``law``, ``terms``, ``strain_limit``.
+        options: fields of :class:`stages.fit.Settings`: ``law``, ``terms``, ``strain_limit``, ``up_to``, ``whole``.
     """
     settings = _settings(stages.fit.Settings, options)
     if isinstance(test, tuple):
         stretch, stress = (np.asarray(column, dtype=np.float64) for column in test)
-    else:
-        found = read_uniaxial_test(Path(test), unit)
-        stretch, stress = found.stretch, found.stress
-    return stages.fit.run(stretch, stress, settings)
+        return stages.fit.run(stretch, stress, settings)
+    return fit_test(read_uniaxial_test(Path(test), unit), settings)
 
 
 def compare(

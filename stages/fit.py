@@ -1,28 +1,38 @@
-"""Least squares of hyperelastic laws to a uniaxial test of an incompressible solid (beside the chain of stages)."""
+"""Least squares of hyperelastic laws to a uniaxial test of an incompressible solid (beside the chain of stages).
+
+By default the rows near rest are fitted, where an actuator works, and not all of a test to failure: the initial modulus
+scales the pressure of a case.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field, field_validator
 
-from actuator.failure import Failure
-from stages.laws import LAWS, MOST_TERMS, Terms
+from stages.laws import LAWS, MOST_TERMS
+from stages.least_squares import NoFit, Solution, solve, unstable
+from stages.near_rest import REACH, Start, near_rest, nearest
 from stages.section import Section
+from stages.settings import ObjectiveSettings
+from stages.tension import Curve, loading_curve
 
 if TYPE_CHECKING:
-    from actuator.arrays import Floats
+    from actuator.arrays import Bools, Floats
     from actuator.parameters import Law
 
 #: Stands for every law that is registered.
 ALL = "all"
-#: Points along each standard test at which stability is asked for.
-CHECKED = 400
-#: Share of the width of a search within which a number is said to be at its bound.
-AT_BOUND = 5e-4
+#: R² below which a law is not recommended: its residuals then have a third of the scatter of the stresses or more.
+LEAST_R_SQUARED = 0.9
+#: Difference from the rows, in initial modulus or in stress at the strain limit, past which a law is warned of.
+FAR = 0.1
+#: Young's moduli of elastomers, N/mm²: soft matter begins at 1e4 Pa (Rus & Tolley 2015, doi:10.1038/nature14543), and
+#: Shore A ends near 50 N/mm² (Gent 1958, doi:10.5254/1.3542351: 44 at 95 Shore A).
+SOFTEST, STIFFEST = 0.01, 50.0
 
 
 class Settings(Section):
@@ -30,7 +40,16 @@ class Settings(Section):
 
     law: str = Field(ALL, description="law to fit, or all")
     terms: int = Field(2, ge=1, le=MOST_TERMS, description="most terms of the Ogden law [-]")
-    strain_limit: float = Field(0.14, gt=0, le=100, description="strain up to which a law must be stable at least [-]")
+    strain_limit: float = Field(
+        ObjectiveSettings.model_fields["strain_limit"].default,
+        gt=0,
+        le=100,
+        description="strain up to which errors are stated and a law must be stable at least [-]",
+    )
+    up_to: float | None = Field(
+        None, gt=1, le=100, description="largest stretch that is fitted [-]; by default of twice the strain limit"
+    )
+    whole: bool = Field(False, description="fit all stretches, whatever up_to is")
 
     @field_validator("law")
     @classmethod
@@ -39,10 +58,6 @@ class Settings(Section):
         if value not in known:
             raise ValueError(f"'{value}' is not one of {', '.join(map(repr, known))}")
         return value
-
-
-class NoFit(Failure):
-    """The data determine no law."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +74,8 @@ class Fit:
         largest_error, largest_at: largest |residual|, N/mm², and its stretch.
         aicc: n ln(Σ residual²/n) + 2 k + 2 k (k + 1)/(n - k - 1) with k = parameters + 1 (Hurvich & Tsai 1989,
             doi:10.1093/biomet/76.2.297), to compare laws: the smallest is best. None with too few points.
+        modulus_error, limit_error: of E and of the stress at the strain limit, relative to what the rows near rest say;
+            None where these say nothing.
         warnings: sentences on what is doubtful, such as where the law is not stable.
     """
 
@@ -71,6 +88,8 @@ class Fit:
     largest_error: float
     largest_at: float
     aicc: float | None
+    modulus_error: float | None
+    limit_error: float | None
     warnings: list[str]
 
     @property
@@ -105,173 +124,159 @@ class Result:
     """What was fitted to a test.
 
     Attributes:
-        stretch, stress: the data, (n,) each, stress in N/mm².
+        stretch, stress: the loading curve, (n,) each, in order of stretch; stress in N/mm².
+        fitted: which of its rows the laws are fitted to, (n,).
+        excluded: stretch and stress of rows that are no part of the curve, (m, 2).
+        start: of the curve, by the rows near rest; None if they do not determine it.
+        strain_limit: up to which errors are stated.
         fits: in the order of :data:`stages.laws.LAWS`.
         left_out: laws that could not be fitted, and why.
+        warnings: sentences on what is doubtful about the test.
     """
 
     stretch: Floats
     stress: Floats
+    fitted: Bools
+    excluded: Floats
+    start: Start | None
+    strain_limit: float
     fits: list[Fit]
     left_out: dict[str, str]
+    warnings: list[str]
 
     @property
-    def best(self) -> Fit:
-        """The fit with the smallest AICc, without one that with the smallest residuals; one without warnings if any."""
+    def best(self) -> Fit | None:
+        """The fit to recommend: of R² >= :data:`LEAST_R_SQUARED`, without warnings if any, with the smallest AICc.
+
+        Without one that with the smallest residuals; None if R² is smaller everywhere.
+        """
 
         def rank(fit: Fit) -> tuple[bool, float, float]:
             return bool(fit.warnings), np.inf if fit.aicc is None else fit.aicc, fit.root_mean_square
 
-        return min(self.fits, key=rank)
+        good = [fit for fit in self.fits if fit.r_squared >= LEAST_R_SQUARED]
+        return min(good, key=rank) if good else None
+
+    @property
+    def strained(self) -> int:
+        """How many rows, but those at rest, are within the strain limit."""
+        return _strained(self.stretch, self.strain_limit)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E of the best fit, else of the rows near rest, else of the first law, N/mm²."""
+        if self.best:
+            return self.best.youngs_modulus
+        return self.start.slope if self.start else self.fits[0].youngs_modulus
 
 
-def run(stretch: Floats, stress: Floats, settings: Settings) -> Result:
+def run(stretch: Floats, stress: Floats, settings: Settings, lines: Sequence[int] | None = None) -> Result:
     """Fit one law or all to a uniaxial test.
 
-    The sum of squared differences of engineering stress is least, with G > 0 and, for a law that is a sum of terms, no
-    negative modulus. A law that does not say how it is fitted is left out.
+    Rows that are no part of a loading curve are left out first (:mod:`stages.tension`). The sum of squared differences
+    of engineering stress is least, with G > 0 and, for a law that is a sum of terms, no negative modulus. A law that
+    does not say how it is fitted is left out.
 
     Args:
         stretch: λ, (n,), positive.
         stress: engineering stress, force over initial area, (n,), N/mm².
+        lines: of the file in which the rows stand, for warnings.
 
     Raises:
         NoFit: if no law that was asked for can be fitted.
     """
+    curve = loading_curve(stretch, stress, settings.strain_limit, lines)
+    near = nearest(curve.stretch, REACH * settings.strain_limit)
+    start = near_rest(curve.stretch[near], curve.stress[near])
+    if start is not None and not (start.slope > 0.0 and start.stress(1.0 + settings.strain_limit) > 0.0):
+        start = None
+    fitted = near
+    if settings.whole or settings.up_to:
+        largest = np.inf if settings.whole or not settings.up_to else np.log(settings.up_to)
+        fitted = np.abs(np.log(curve.stretch)) <= largest
+    x, y = curve.stretch[fitted], curve.stress[fitted]
     fits: list[Fit] = []
     left_out: dict[str, str] = {}
     names = tuple(LAWS) if settings.law == ALL else (settings.law,)
     for name in names:
         try:
-            fits.append(_fit(name, stretch, stress, settings))
+            fits.append(_judged(name, solve(name, settings.terms, x, y), x, y, start, settings.strain_limit))
         except NoFit as failure:
             left_out[name] = str(failure)
     if not fits:
-        raise NoFit(next(iter(left_out.values())))
-    return Result(stretch, stress, fits, left_out)
-
-
-def _fit(name: str, stretch: Floats, stress: Floats, settings: Settings) -> Fit:
-    how = LAWS[name].fitted_by()
-    if how is None:
-        raise NoFit(f"{name} does not say how it is fitted: write its coefficients into the case file yourself.")
-    kind = LAWS[name].coefficients()
-    terms = min(settings.terms, how.most) if isinstance(how, Terms) else 1
-    wanted = terms * (1 + len(how.lower)) if isinstance(how, Terms) else 1 + len(kind._fields)
-    strained = len(np.unique(stretch[stretch != 1.0]))
-    if strained < wanted:
-        raise NoFit(
-            f"{name} has {wanted} numbers to fit, but there are only {strained} different stretches other than 1: "
-            "measure more points or choose a law with fewer numbers."
-        )
-    if isinstance(how, Terms):
-        return _judged(name, *_searched(how, terms, stretch, stress), stretch, stress, settings)
-    shear, law = _linear(kind, stretch, stress)
-    return _judged(name, shear, law, wanted, [], stretch, stress, settings)
-
-
-def _linear(kind: type[Any], stretch: Floats, stress: Floats) -> tuple[float, Law]:
-    """G and a law whose stress is linear in G and in G times its ratios."""
-    from scipy.optimize import lsq_linear
-
-    from actuator.material.homogeneous import uniaxial_stress
-
-    units = np.eye(len(kind._fields))
-    base = uniaxial_stress(kind(*np.zeros(len(units))), stretch)
-    columns = np.column_stack([base, *(uniaxial_stress(kind(*unit), stretch) - base for unit in units)])
-    size = np.linalg.norm(columns, axis=0)
-    lower = np.full(len(size), -np.inf)
-    lower[0] = 0.0
-    found = lsq_linear(columns / size, stress, (lower, np.inf), tol=1e-14).x / size
-    _require_positive(found[0], stretch, stress)
-    return float(found[0]), kind(*(found[1:] / found[0]).tolist())
-
-
-def _require_positive(shear: float, stretch: Floats, stress: Floats) -> None:
-    # The bound is met from inside, so that "at the bound" is a small number beside neo-Hooke's modulus.
-    if not shear > 1e-6 * np.linalg.norm(stress) / np.linalg.norm(stretch - stretch**-2.0):
-        raise NoFit(
-            "No law of this kind with a positive initial shear modulus fits these data: leave out the largest "
-            "stretches, add points at small strain, or check the signs."
-        )
-
-
-def _searched(how: Terms, terms: int, stretch: Floats, stress: Floats) -> tuple[float, Law, int, list[str]]:
-    """G, the law, how many numbers it has, and what is doubtful about the search for them."""
-    from scipy.optimize import least_squares, nnls
-
-    from actuator.material.homogeneous import uniaxial_stress
-
-    def moduli(x: Floats) -> tuple[Floats, Floats]:
-        shapes = np.column_stack([uniaxial_stress(how.one(each), stretch) for each in x.reshape(terms, -1)])
-        size = np.linalg.norm(shapes, axis=0)
-        mu = nnls(shapes / size, stress)[0] / size
-        return mu, shapes @ mu - stress
-
-    def residual(x: Floats) -> Floats:
-        return moduli(x)[1]
-
-    lower, upper = np.array(how.lower), np.array(how.upper)
-    bounds = np.tile(lower, terms), np.tile(upper, terms)
-    best: Any = None
-    for start in combinations(how.starts, terms):
-        found = least_squares(residual, np.ravel(start), bounds=bounds, xtol=1e-12, ftol=1e-12)
-        best = found if best is None or found.cost < best.cost else best
-    mu, _ = moduli(best.x)
-    shear = float(mu.sum())
-    _require_positive(shear, stretch, stress)
-    kept = [k for k in np.argsort(-mu) if mu[k] > 0.0]
-    numbers = best.x.reshape(terms, -1)[kept]
-    near = AT_BOUND * (upper - lower)
-    doubts = [how.at_bound] if ((numbers < lower + near) | (numbers > upper - near)).any() else []
-    return shear, how.all(mu[kept] / shear, numbers), len(kept) * (1 + len(lower)), doubts
+        raise NoFit(" ".join([next(iter(left_out.values())), *curve.warnings]))
+    warnings = [*curve.warnings, *_doubts(curve, start, settings.strain_limit)]
+    result = Result(
+        curve.stretch, curve.stress, fitted, curve.left_out, start, settings.strain_limit, fits, left_out, warnings
+    )
+    return replace(result, warnings=[*warnings, *_foreign(result)])
 
 
 def _judged(
-    name: str,
-    shear: float,
-    law: Law,
-    parameters: int,
-    doubts: list[str],
-    stretch: Floats,
-    stress: Floats,
-    settings: Settings,
+    name: str, found: Solution, stretch: Floats, stress: Floats, start: Start | None, strain_limit: float
 ) -> Fit:
     from actuator.material.homogeneous import uniaxial_stress
 
-    residual = shear * uniaxial_stress(law, stretch) - stress
-    n, k = len(stress), parameters + 1
+    residual = found.shear * uniaxial_stress(found.law, stretch) - stress
+    n, k = len(stress), found.parameters + 1
     # Residuals below rounding say nothing: without a floor a perfect fit would have no AICc.
     squares = max(float(residual @ residual), n * (np.finfo(float).eps * float(np.abs(stress).max())) ** 2)
     worst = int(np.abs(residual).argmax())
-    farthest = max(float(stretch.max()), 1.0 / float(stretch.min()), 1.0 + settings.strain_limit)
+    farthest = max(float(stretch.max()), 1.0 / float(stretch.min()), 1.0 + REACH * strain_limit)
     spread = float(np.sum((stress - stress.mean()) ** 2))
+    errors: tuple[float, float] | None = None
+    off = []
+    if start:
+        at_limit = found.shear * float(uniaxial_stress(found.law, np.array([1.0 + strain_limit]))[0])
+        errors = 3.0 * found.shear / start.slope - 1.0, at_limit / start.stress(1.0 + strain_limit) - 1.0
+        doubt = 2.0 * start.uncertainty / start.slope
+        for what, error in zip(("E", f"The stress at a strain of {100.0 * strain_limit:g} %"), errors, strict=True):
+            if abs(error) > max(FAR, doubt if what == "E" else 0.0):
+                side = "above" if error > 0.0 else "below"
+                off.append(f"{what} is {100.0 * abs(error):.0f} % {side} what the rows near rest say.")
     return Fit(
         name=name,
-        law=law,
-        shear=shear,
-        parameters=parameters,
+        law=found.law,
+        shear=found.shear,
+        parameters=found.parameters,
         r_squared=1.0 - float(residual @ residual) / spread if spread > 0.0 else 0.0,
         root_mean_square=float(np.sqrt(residual @ residual / n)),
         largest_error=float(np.abs(residual[worst])),
         largest_at=float(stretch[worst]),
         aicc=n * np.log(squares / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1) if n - k - 1 > 0 else None,
-        warnings=doubts + _unstable(law, farthest),
+        modulus_error=errors[0] if errors else None,
+        limit_error=errors[1] if errors else None,
+        warnings=[*off, *found.doubts, *unstable(found.law, farthest)],
     )
 
 
-def _unstable(law: Law, farthest: float) -> list[str]:
-    """Where stability is lost on the standard tests up to a stretch of ``farthest``."""
-    from actuator.material.homogeneous import TESTS, stability, stretches_of, uniaxial_stress
+def _doubts(curve: Curve, start: Start | None, strain_limit: float) -> list[str]:
+    """How well the rows near rest say what E is."""
+    if start is None:
+        return ["The rows near rest do not say how stiff the solid is at first: E is that of the law alone."]
+    if not _strained(curve.stretch, strain_limit):
+        return [f"No row but at rest is within the strain limit of {100.0 * strain_limit:g} %: E is extrapolated."]
+    if 2.0 * start.uncertainty > FAR * start.slope:
+        share = 200.0 * start.uncertainty / start.slope
+        return [
+            f"The rows near rest scatter or are few: they say E within ±{share:.2g} % only (two standard deviations). "
+            "Record more rows at small strain."
+            if np.isfinite(share)
+            else "The rows near rest are too few to say how well they say E. Record more rows at small strain."
+        ]
+    return []
 
-    warnings = []
-    driven = np.geomspace(1.0, farthest, CHECKED)
-    falling = np.flatnonzero(np.diff(uniaxial_stress(law, driven)) <= 0.0)
-    if len(falling):
-        warnings.append(f"The engineering stress falls beyond a stretch of {driven[falling[0]]:.3f} in tension.")
-    for test in TESTS:
-        lost = np.flatnonzero(stability(law, test, driven) <= 0.0)
-        if len(lost):
-            at = stretches_of(test, driven[lost[:1]])[0, 0]
-            warnings.append(f"Not stable (Drucker) in {test} beyond a stretch of {at:.3f}.")
-    return warnings
+
+def _strained(stretch: Floats, strain_limit: float) -> int:
+    return int(np.count_nonzero((np.abs(np.log(stretch)) <= np.log1p(strain_limit)) & (stretch != 1.0)))
+
+
+def _foreign(result: Result) -> list[str]:
+    """Whether E is one of an elastomer."""
+    modulus = result.youngs_modulus
+    if SOFTEST <= modulus <= STIFFEST:
+        return []
+    return [
+        f"E of {modulus:.3g} N/mm² is no elastomer's, which is between {SOFTEST:g} and {STIFFEST:g}: check the units "
+        "of stress and strain, and the area that the force was divided by."
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pipeline.measured.column_names import Quantity
 from pipeline.measured.comparison import Answer, Comparison
 from stages.compare.deviations import Linearity
 
@@ -103,7 +104,8 @@ def _hysteresis(answer: Answer) -> list[str]:
         _line("", f"largest width {loop.width:.1f} % of full scale, at {loop.at:.3g} kPa"),
     ]
     if loop.lag is not None:
-        lines.append(_line("", f"a {answer.quantity} sensor {loop.lag:.2g} s late would look the same"))
+        sensor = f"{'an' if answer.quantity is Quantity.ANGLE else 'a'} {answer.quantity} sensor"
+        lines.append(_line("", f"{sensor} {loop.lag:.2g} s late would look the same"))
     return lines
 
 

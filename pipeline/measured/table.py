@@ -12,12 +12,12 @@ import csv
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TextIO
 
 from pipeline.exit_codes import ExitCode, Fault, shown
-from pipeline.measured.cells import is_value, number_of
+from pipeline.measured.cells import clock, is_value, number_of
 from pipeline.measured.titles import name_and_unit
 from pipeline.measured.units import is_unit, is_usual, without_brackets
 
@@ -61,14 +61,20 @@ class Table:
         self.header = self._titles(self._cells(text))
         self.above = [self._cells(line) for _, line in head[:place]]
         self.comments = [text for number, text in self._comments if number < self.line]
+        if clock(self.header[0]) is not None:  # of a serial monitor
+            self.header[0] = "time"
         below = head[place + 1 :]
         if below and (units := self._units(self._cells(below[0][1]))):
-            self.header = [
-                f"{title} [{unit}]" if unit and not is_unit(name_and_unit(title)[1]) else title
-                for title, unit in zip(self.header, units, strict=True)
-            ]
             below = below[1:]
-        self._header_line, self._below, self._rest = self.line, below, lines
+        else:
+            # What LabVIEW's .lvm says above.
+            labels = next((row for row in self.above if row[0] == "Y_Unit_Label"), [])
+            units = ["", *labels[1:]]
+        self.header = [
+            f"{title} [{unit}]" if unit and not is_unit(name_and_unit(title)[1]) else title
+            for title, unit in zip_longest(self.header, units[: len(self.header)], fillvalue="")
+        ]
+        self._below, self._rest = below, lines
 
     @property
     def where(self) -> str:
@@ -139,17 +145,15 @@ class Table:
 
     def _mark(self, line: str) -> str:
         """What cells are apart by, on a line."""
-        # Tab before semicolon before comma: the ones before may stand beside decimal commas, and names may hold commas.
-        found = self._separator or next((mark for mark in "\t;," if mark in line), "")
-        return found or (" " if len(line.split()) > 1 and self._by_blanks(line) else ",")
-
-    def _by_blanks(self, line: str) -> bool:
-        return "  " in line.strip() or all(is_value(cell) for cell in line.split())
+        # The ones before may stand beside decimal commas, and names may hold commas.
+        found = self._separator or next((mark for mark in "\t;|," if mark in line), "")
+        return found or (" " if len(line.split()) > 1 else ",")
 
     def _cells(self, line: str) -> list[str]:
         mark = self._mark(line)
         if mark == " ":
-            return re.split(r"\s{2,}", line.strip()) if "  " in line.strip() else line.split()
+            # A unit in brackets belongs to the name before it.
+            return re.split(r"\s{2,}" if "  " in line.strip() else r"\s+(?![\[(])", line.strip())
         return [cell.strip() for cell in next(csv.reader([line], delimiter=mark, skipinitialspace=True), [])]
 
     def _titles(self, cells: list[str]) -> list[str]:
@@ -165,13 +169,11 @@ class Table:
         return sum(map(is_value, filled)) >= max(2.0, 0.5 * len(filled))
 
     def _units(self, cells: list[str]) -> list[str]:
-        """The units of a line that holds nothing else, one for each column; none if it is no such line."""
+        """The units of a line that holds nothing else; none if it is no such line."""
         filled = [cell for cell in cells if cell]
         if len(cells) <= len(self.header) and filled and not any(map(_is_number, filled)) and all(map(is_unit, filled)):
-            bare = [without_brackets(cell) for cell in cells]
-            return [*bare, *[""] * (len(self.header) - len(bare))]
-        labels = next((row for row in self.above if row[0] == "Y_Unit_Label"), [])  # of LabVIEW's .lvm
-        return ["", *labels[1 : len(self.header)], *[""] * (len(self.header) - len(labels))] if labels else []
+            return [without_brackets(cell) for cell in cells]
+        return []
 
     def _lines(self) -> Iterator[str]:
         """What stands below the header."""
@@ -188,7 +190,8 @@ class Table:
             if line.startswith("#"):
                 self._comments.append((self.line, line[1:].strip()))
             elif line.strip():
-                yield line
+                told = _MONITOR.match(line)
+                yield f"{told[1]}{self._mark(told[2])}{told[2]}" if told else line
 
 
 def _is_number(cell: str) -> bool:

@@ -14,6 +14,8 @@ from stages.compare.settings import Settings
 
 #: Rows that are the zero if it is to be taken from the first ones.
 FIRST_ROWS = 20
+#: A last cycle that comes nearer than this share to the peak of the others is whole.
+CUT = 0.02
 #: Rows that begin or end a recording, by which it is told where it was at rest.
 END_ROWS = 5
 
@@ -107,8 +109,23 @@ def aligned(measured: Recording, settings: Settings, target: float) -> Aligned:
             f"the target pressure of {target:.4g} kPa is never reached, the highest is {max(tops):.4g} kPa; check unit "
             "and sensitivity, or compare at a lower target."
         )
+    notes = _notes(found, compared, settings, recording, target)
+    if _is_cut(compared, zero, len(rows)):
+        compared = compared[:-1]
+        notes = (*notes, "left out: the last cycle, which the recording's end cuts on its way up")
     top = min(cycle.peak for cycle in compared) - zero
-    return Aligned(recording, alignment, compared, top, gone, _notes(found, compared, settings, recording, target))
+    return Aligned(recording, alignment, compared, top, gone, notes)
+
+
+def _is_cut(compared: tuple[cycles.Cycle, ...], zero: float, rows: int) -> bool:
+    """Whether the last of several cycles ends with the recording before it comes as high as the others.
+
+    All cycles are compared up to the lowest of their peaks, where the loops of the others are still open.
+    """
+    *others, last = compared
+    if not others or last.unloading is not None or last.loading.stop < rows - END_ROWS:
+        return False
+    return last.peak - zero < (1.0 - CUT) * min(cycle.peak - zero for cycle in others)
 
 
 def _without(measured: Recording, gone: tuple[lost.Lost, ...]) -> tuple[Recording, Ints]:
