@@ -219,6 +219,8 @@ def _column(where: str, index: int, title: str, unit: str, quantity: Quantity) -
     factor = _factor(unit, quantity)
     if factor is not None:
         return Column(index, title, spelling(unit, usual) or unit, factor, factor_of(unit, quantity.kind) is None)
+    if quantity is Quantity.TIME and words(title) == ["millis"]:  # of an Arduino
+        return Column(index, title, "ms", 1e-3, False)
     if quantity is Quantity.TIME and not unit:
         return Column(index, title, "", 1.0, False)
     fault = f"'{shown(unit)}' is no unit of {quantity} that is known" if unit else "it has no unit"

@@ -92,25 +92,28 @@ class _Reader:
         self.need = max(columns) + 1
         self.lost: dict[str, tuple[int, int, str]] = {}
         self.first: Fault | None = None
-        self.texts = 0
         self.clock, self.last, self.passed = False, -math.inf, 0.0
 
     def add(self, cells: list[str]) -> None:
         """Take a row in, or note why not."""
-        if not any(map(str.strip, cells)):
-            return
-        if len(cells) < self.need or not any(map(is_value, cells)):
-            if any(map(is_value, cells)):
+        if len(cells) < self.need:
+            if any(map(is_value, filter(str.strip, cells))):
                 self._leave("cut short", ",".join(cells), self.table.short(cells))
-            else:
-                self.texts += 1
+            elif any(map(str.strip, cells)):
                 self._leave("of text", " ".join(cells), None)
             return
-        values = [self._value(index, cells[index]) for index in self.found]
+        try:
+            values = [self._value(index, cells[index]) for index in self.found]
+        except Fault:
+            if any(map(is_value, filter(str.strip, cells))):
+                raise
+            self._leave("of text", " ".join(cells), None)
+            return
         for index, value in zip(self.found, values, strict=True):
             if value != value:
-                title, text = shown(self.table.header[index]), cells[index].strip()
-                self._leave(f"without a number in '{title}'", text, self.table.wrong(index, cells[index]))
+                if any(map(str.strip, cells)):
+                    title, text = shown(self.table.header[index]), cells[index].strip()
+                    self._leave(f"without a number in '{title}'", text, self.table.wrong(index, cells[index]))
                 return
         for column, value in zip(self.found.values(), values, strict=True):
             column.append(value)
@@ -144,7 +147,7 @@ class _Reader:
 
     def result(self) -> Rows:
         """What was read."""
-        lost = sum(count for count, _, _ in self.lost.values()) - self.texts
+        lost = sum(count for why, (count, _, _) in self.lost.items() if why != "of text")
         if self.first and lost >= len(self.lines):
             raise self.first
         values = {index: np.frombuffer(column) if column else np.zeros(0) for index, column in self.found.items()}

@@ -134,7 +134,7 @@ def _without(measured: Recording, gone: tuple[lost.Lost, ...]) -> tuple[Recordin
     for each in gone:
         kept[each.rows] = False
     rows = np.flatnonzero(kept)
-    if 2 * len(rows) < len(kept):
+    if 2 * len(rows) <= len(kept):
         first = min(gone, key=lambda each: int(each.rows[0]))
         raise UnusableRecording(
             f"{len(kept) - len(rows)} of {len(kept)} rows hold no samples, the first with a {first.signal} of "

@@ -24,7 +24,7 @@ GAP = 0.3
 #: Largest share of rows that may be lost for one reason: more is how the signal is.
 LARGEST_SHARE = 0.25
 #: The same of one value that stands in for others, with the signal in between.
-LARGEST_SHARE_OF_VALUE = 0.6
+LARGEST_SHARE_OF_VALUE = 0.9
 #: The same where both signals are lost at once, which short pulses that are real look like.
 LARGEST_SHARE_OF_BOTH = 0.05
 #: Rows that a spike may last; a value that is repeated exactly may last longer.
@@ -135,7 +135,11 @@ def _out_and_back(values: Floats, far: Flags) -> Flags:
         after = np.searchsorted(rest, there)
         sides = [values[rest[np.clip(place, 0, len(rest) - 1)]] - value for place in (after - 1, after)]
         away = np.minimum(*np.abs(sides)) * (sides[0] * sides[1] > 0.0)
-        found[there] |= away > _threshold(values[rest])
+        threshold = _threshold(values[rest])
+        out = away > threshold
+        # Where it stands in so often, it does so too where it does not stand out, unless the signal has it by itself.
+        near = int((np.abs(values[rest] - value) <= threshold).sum())
+        found[there] |= out | (out.sum() > SPIKE and near >= (~out).sum() and noise(values[rest]) > 0.0)
     # Spikes.
     good = np.flatnonzero(~found)
     if len(good) < 2 * STUCK_ROWS:
