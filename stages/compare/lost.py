@@ -40,6 +40,8 @@ VALUES = 5
 STUCK_ROWS, STUCK_CHANGE = 5, 0.05
 #: A signal of which more than this share of rows repeats the one before does so by itself: its steps are coarse.
 REPEATS = 0.05
+#: Noise, over a signal's range, that is none.
+ROUNDING = 1e-9
 #: The other signal moves along if it leaves the line between its neighbours by this share of its range.
 ALONG = 0.1
 
@@ -139,7 +141,7 @@ def _out_and_back(values: Floats, far: Flags) -> Flags:
         out = away > threshold
         # Where it stands in so often, it does so too where it does not stand out, unless the signal has it by itself.
         near = int((np.abs(values[rest] - value) <= threshold).sum())
-        found[there] |= out | (out.sum() > SPIKE and near >= (~out).sum() and noise(values[rest]) > 0.0)
+        found[there] |= out | (out.sum() > SPIKE and near >= (~out).sum() and _noisy(values[rest]))
     # Spikes.
     good = np.flatnonzero(~found)
     if len(good) < 2 * STUCK_ROWS:
@@ -166,13 +168,18 @@ def _threshold(signal: Floats) -> float:
     return max(DEVIATIONS * noise(signal), STEPS * usual, LEAST * float(np.ptp(signal)))
 
 
+def _noisy(signal: Floats) -> bool:
+    """Whether a signal (n,) has noise: without any, it repeats its values by itself."""
+    return noise(signal) > ROUNDING * float(np.ptp(signal))
+
+
 def _stuck(values: Floats, off: Flags, other: Floats, other_off: Flags) -> Flags:
     """Rows (n,) in which a signal keeps one value exactly while the other goes on."""
     found = np.zeros(len(values), dtype=np.bool_)
     if off.all() or other_off.all():
         return found
     good = values[~off]
-    threshold, rough = _threshold(good), noise(good)
+    threshold, rough = _threshold(good), _noisy(good)
     change = STUCK_CHANGE * float(np.ptp(other[~other_off])) + DEVIATIONS * noise(other[~other_off])
     same = np.concatenate([[False], np.diff(values) == 0.0])
     resting = float(np.median(values[:STUCK_ROWS]))
@@ -190,7 +197,7 @@ def _stuck(values: Floats, off: Flags, other: Floats, other_off: Flags) -> Flags
         ends = [place for place in (run.start - 1, run.stop) if 0 <= place < len(values) and not off[place]]
         jumps = any(abs(values[place] - values[run.start]) > threshold for place in ends)
         repeats = float((same & (values != values[run.start])).sum())
-        if jumps or (rough > 0.0 and not stands and repeats < REPEATS * len(values)):
+        if jumps or (rough and not stands and repeats < REPEATS * len(values)):
             # The first of them is the last that was measured.
             found[run.start + 1 : run.stop] = True
     return found
