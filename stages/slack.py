@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 #: Strain within which a row is at rest.
 AT_REST = 0.02
-#: Strains, least and most, that are looked through for slack, and in how many steps.
-LEAST, MOST, TRIED = 0.01, 1.0, 100
+#: Strains, least and most, that are looked through for slack, and in how many steps. Farther on the stress of a
+#: stiffening elastomer may rise as unevenly.
+LEAST, MOST, TRIED = 0.01, 0.25, 100
 #: Share of the slope beyond that the slope in slack is below, by two standard deviations.
 FLAT = 0.25
 #: Fewer rows than this say nothing.

@@ -44,7 +44,8 @@ def fit(result: Result) -> Figure:
         panel.axvline(
             limit, color="#b71c1c", linewidth=1.0, linestyle=":", label=f"strain limit, {100 * (limit - 1):g} %"
         )
-        panel.set(ylabel="engineering stress [N/mm²]")
+        edge = 0.04 * (high - low)
+        panel.set(ylabel="engineering stress [N/mm²]", xlim=(low - edge, high + edge))
     # Laws that are fitted near rest may leave the frame far from it, and so do rows that were left out.
     least, most = result.stress.min(), result.stress.max()
     room = 0.08 * (most - least)

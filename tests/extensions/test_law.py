@@ -206,7 +206,7 @@ def test_help_and_completion_list_it(gent: None, poro: Poro) -> None:
 
 def test_law_that_does_not_say_how_it_is_fitted_is_left_out(table: Path, poro: Poro) -> None:
     with LAWS.registered("silent", SilentSettings):
-        found = json.loads(poro("fit", table, "--json", "--no-plot").out)
+        found = json.loads(poro("fit", table, "--json", "--no-plot", "--whole").out)
         assert [each["name"] for each in found["fits"]] == SHIPPED[:1] + SHIPPED[2:]
         assert found["left_out"]["silent"].startswith("silent does not say how it is fitted")
         alone = poro("fit", table, "--law", "silent")

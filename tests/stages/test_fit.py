@@ -31,7 +31,7 @@ KNOWN: dict[str, tuple[Law, Settings]] = {
     "mooney-rivlin": (MooneyRivlin(0.2), Settings(law="mooney-rivlin")),
     "yeoh": (Yeoh(-0.02, 0.002), Settings(law="yeoh")),
     "ogden, one term": (Ogden.of([1.0], [3.3]), Settings(law="ogden", terms=1)),
-    "ogden, two terms": (Ogden.of([0.8, 0.2], [1.5, 6.0]), Settings(law="ogden", terms=2)),
+    "ogden, two terms": (Ogden.of([0.8, 0.2], [1.5, 6.0]), Settings(law="ogden", terms=2, whole=True)),
 }
 
 
@@ -64,7 +64,7 @@ def test_noisy_synthetic_data_rank_the_law_that_made_them_first() -> None:
     law = MooneyRivlin(0.2)
     clean = SHEAR * uniaxial_stress(law, POINTS)
     noisy = clean + 0.01 * clean.max() * np.random.default_rng(3).normal(size=len(POINTS))
-    result = fit.run(POINTS, noisy, Settings())
+    result = fit.run(POINTS, noisy, Settings(whole=True))
     by_name = {found.name: found for found in result.fits}
     assert result.best.name == "mooney-rivlin"
     assert by_name["yeoh"].r_squared > by_name["neo-hooke"].r_squared
@@ -73,7 +73,7 @@ def test_noisy_synthetic_data_rank_the_law_that_made_them_first() -> None:
 
 
 def test_quality_is_what_its_definition_says() -> None:
-    found = fit.run(STRETCH, STRESS, Settings(law="yeoh")).fits[0]
+    found = fit.run(STRETCH, STRESS, Settings(law="yeoh", whole=True)).fits[0]
     residual = found.stress(STRETCH) - STRESS
     n, k = len(STRESS), 4
     assert found.root_mean_square == pytest.approx(np.sqrt(np.mean(residual**2)), rel=1e-12)
@@ -84,7 +84,7 @@ def test_quality_is_what_its_definition_says() -> None:
 
 def test_yeoh_fit_is_the_least_squares_solution() -> None:
     """NumPy's solution of the same linear problem, which for these data is inside the bound."""
-    found = fit.run(STRETCH, STRESS, Settings(law="yeoh")).fits[0]
+    found = fit.run(STRETCH, STRESS, Settings(law="yeoh", whole=True)).fits[0]
     x = STRETCH**2 + 2.0 / STRETCH - 3.0
     columns = [2.0 * i * (STRETCH - STRETCH**-2) * x ** (i - 1) for i in (1, 2, 3)]
     expected = np.linalg.lstsq(np.array(columns).T, STRESS, rcond=None)[0]
@@ -93,7 +93,7 @@ def test_yeoh_fit_is_the_least_squares_solution() -> None:
 
 def test_treloar_rubber() -> None:
     """What the literature finds: Yeoh's and Ogden's laws follow the upturn, neo-Hooke's and Mooney-Rivlin's cannot."""
-    result = fit.run(STRETCH, STRESS, Settings(terms=3))
+    result = fit.run(STRETCH, STRESS, Settings(terms=3, whole=True))
     by_name = {found.name: found for found in result.fits}
     assert by_name["neo-hooke"].r_squared < 0.9
     assert by_name["yeoh"].r_squared > 0.995
@@ -102,7 +102,7 @@ def test_treloar_rubber() -> None:
     # The Mooney plot of the whole curve has a negative C1 + C2; of its first third it has not.
     assert "mooney-rivlin" in result.left_out
     moderate = STRETCH < 3.1
-    found = fit.run(STRETCH[moderate], STRESS[moderate], Settings(law="mooney-rivlin")).fits[0]
+    found = fit.run(STRETCH[moderate], STRESS[moderate], Settings(law="mooney-rivlin", whole=True)).fits[0]
     assert found.r_squared > 0.995
     assert found.coefficients["C01"] > 0.0
 
@@ -117,17 +117,98 @@ def test_unstable_law_is_reported_with_its_stretch() -> None:
     assert any("Not stable (Drucker) in uniaxial tension" in sentence for sentence in far.warnings)
 
 
+# ---------------------------------------------------------------------------- where an actuator works
+
+
+def to_failure() -> tuple[np.ndarray, np.ndarray]:
+    """A test to a stretch of 10 that bends upwards, whose initial modulus is 3 SHEAR."""
+    stretch = np.linspace(1.0, 10.0, 361)
+    laws = NeoHooke(), Ogden.of([1.0], [2.6])
+    return stretch, SHEAR * np.mean([uniaxial_stress(law, stretch) for law in laws], axis=0)
+
+
+def test_a_test_to_failure_does_not_decide_near_rest() -> None:
+    """The whole curve has a fine R² and a wrong E; by default E is right, and the errors of the other are stated."""
+    stretch, stress = to_failure()
+    near, whole = (fit.run(stretch, stress, Settings(law="yeoh", whole=all_of_it)) for all_of_it in (False, True))
+    assert near.best.youngs_modulus == pytest.approx(3.0 * SHEAR, rel=0.03)
+    assert near.stretch[near.fitted].max() <= 1.28
+    assert near.best.warnings == []
+    (wrong,) = whole.fits
+    assert wrong.r_squared > 0.995
+    assert wrong.modulus_error == pytest.approx(wrong.youngs_modulus / (3.0 * SHEAR) - 1.0, abs=0.02)
+    assert abs(wrong.modulus_error) > 0.1
+    at_limit = wrong.stress(np.array([1.14]))[0] / np.interp(1.14, stretch, stress)
+    assert wrong.limit_error == pytest.approx(at_limit - 1.0, abs=0.01)
+    assert f"E is {100 * abs(wrong.modulus_error):.0f} % " in wrong.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "largest"),
+    [
+        ([], 1.28),
+        (["--whole"], 10.0),
+        (["--up-to", "1.5"], 1.5),
+        (["--up-to", "50%"], 1.5),
+        (["--strain-limit", "0.3"], 1.6),
+        (["--case", "case11.yaml"], 1.22),
+    ],
+)
+def test_range_that_is_fitted(poro: Poro, options: list[str], largest: float) -> None:
+    path = write("rubber.csv", "stretch,stress", [*to_failure()])
+    found = summary(poro, path, "--law", "neo-hooke", "--no-plot", *options)
+    assert largest - 0.05 < found["fitted"]["stretch"][1] <= largest + 1e-9
+    assert found["near_rest"]["youngs_modulus"] == pytest.approx(3.0 * SHEAR, rel=0.03)
+
+
+def test_nothing_is_recommended_below_the_least_r_squared(poro: Poro) -> None:
+    stress = SHEAR * uniaxial_stress(NeoHooke(), POINTS)
+    noise = np.random.default_rng(5).normal(size=len(POINTS))
+    path = write("noise.csv", "stretch,stress", [POINTS, stress + 0.3 * noise])
+    ended = poro("fit", path, "--no-plot")
+    assert ended.code == ExitCode.USAGE
+    assert "no law reaches R² 0.9" in ended.err
+    assert "material:" not in ended.out
+    assert "neo-hooke" in ended.out
+    assert json.loads(poro("fit", path, "--no-plot", "--json").out)["best"] is None
+
+
+def test_strain_in_percent_is_taken_for_it_or_asked_for(poro: Poro) -> None:
+    """Percent to 200 is certain. To 14 it is not, and E tells: one question, which the header answers."""
+    for largest, step in ((200.0, 5.0), (14.0, 0.5)):
+        strain = np.arange(0.0, largest + step, step)
+        columns = [strain, SHEAR * uniaxial_stress(NeoHooke(), 1.0 + strain / 100.0)]
+        ended = poro("fit", write("bare.csv", "strain,stress", columns), "--law", "neo-hooke", "--no-plot", "--json")
+        if largest > 100.0:
+            assert json.loads(ended.out)["fits"][0]["shear"] == pytest.approx(SHEAR, rel=1e-6)
+            assert "taken for percent" in json.loads(ended.out)["warnings"][0]
+        else:
+            assert ended.code == ExitCode.USAGE
+            assert "in percent 1.2 N/mm². Write 'strain [%]' or 'strain [-]'" in ended.err
+            assert ended.out == ""
+        answered = summary(poro, write("said.csv", "strain [%],stress", columns), "--law", "neo-hooke", "--no-plot")
+        assert answered["fits"][0]["shear"] == pytest.approx(SHEAR, rel=1e-6)
+        assert answered["warnings"] == []
+
+
+@pytest.mark.parametrize(("shear", "foreign"), [(200.0, True), (10.0, False), (0.01, False), (0.001, True)])
+def test_modulus_that_is_no_elastomers(shear: float, foreign: bool) -> None:
+    found = fit.run(POINTS, shear * uniaxial_stress(NeoHooke(), POINTS), Settings(law="neo-hooke"))
+    assert [sentence for sentence in found.warnings if "is no elastomer's" in sentence] == found.warnings
+    assert bool(found.warnings) == foreign
+
+
 # ------------------------------------------------------------------------------------------------ command line
 
 
 def test_report_plot_and_section_to_paste(poro: Poro) -> None:
     path = write("rubber.csv", "stretch,stress [MPa]", [STRETCH, STRESS])
-    ended = poro("fit", path, "--terms", 3)
+    ended = poro("fit", path, "--terms", 3, "--whole")
     assert ended.code == ExitCode.OK, ended.err
-    assert all(word in ended.out for word in ("neo-hooke", "yeoh", "ogden", "AICc", "25 points", "material:"))
+    assert all(word in ended.out for word in ("neo-hooke", "yeoh", "ogden", "AICc", "25 rows", "material:"))
     with Image.open("rubber.fit.png") as picture:
         assert min(picture.size) > 400
-    for found in summary(poro, path, "--no-plot", "--terms", 3)["fits"]:
+    for found in summary(poro, path, "--no-plot", "--terms", 3, "--whole")["fits"]:
         case = parse_case(found["case"].encode(), "pasted.yaml", "pasted")
         law = case.material.law.build()
         stress = case.material.youngs_modulus / 3.0 * uniaxial_stress(law, STRETCH)
