@@ -31,9 +31,9 @@ from pipeline.case.changes import changed
 from pipeline.case.model import Case, examined, find_case
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
-from pipeline.measured.comparison import prediction_of
 from pipeline.measured.fitting import fit_test
 from pipeline.measured.measurement import read_measurement
+from pipeline.measured.predictions import prediction_of
 from pipeline.measured.uniaxial_test import read_uniaxial_test
 from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflation, read_inflation

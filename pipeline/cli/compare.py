@@ -18,7 +18,9 @@ YOUNGS = youngs()
 
 def compare(
     case: Source,
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED", help="Recorded test (.csv).")],
+    measured: Annotated[
+        list[Path], typer.Argument(metavar="MEASURED...", help="Recorded test (.csv), and repetitions of it.")
+    ],
     scale: Annotated[float | None, typer.Option(SCALE.flag, help=SCALE.help)] = None,
     modulus: Annotated[str | None, typer.Option(YOUNGS.flag, help=YOUNGS.help)] = None,
     prediction: Annotated[
@@ -34,6 +36,8 @@ def compare(
     displacement_column: Annotated[
         str | None, typer.Option("--displacement-column", help="Name of a column, likewise.")
     ] = None,
+    angle_column: Annotated[str | None, typer.Option("--angle-column", help="Name of a column, likewise.")] = None,
+    force_column: Annotated[str | None, typer.Option("--force-column", help="Name of a column, likewise.")] = None,
     time_column: Annotated[str | None, typer.Option("--time-column", help="Name of a column, likewise.")] = None,
     pressure_sensitivity: Annotated[
         float | None, typer.Option("--pressure-sensitivity", help="Of a voltage, kPa/V. Default: 19.17.")
@@ -47,6 +51,9 @@ def compare(
     sensor: Annotated[
         Sensor | None, typer.Option("--sensor", help="What the displacement does as pressure rises. Default: auto.")
     ] = None,
+    pressure_sensor: Annotated[
+        Sensor | None, typer.Option("--pressure-sensor", help="What its signal does as pressure rises. Default: auto.")
+    ] = None,
     lag: Annotated[
         float | None, typer.Option("--lag", help="By which the displacement is recorded late, s. Default: 0.")
     ] = None,
@@ -58,7 +65,7 @@ def compare(
     output: Output = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Compare a recorded test of a printed part with its prediction."""
+    """Compare recorded tests of a printed part with its prediction."""
     from pipeline.measured.column_names import Quantity
     from pipeline.measured.comparison import compared
     from pipeline.measured.comparison_text import as_text
@@ -70,12 +77,14 @@ def compare(
     columns = {
         Quantity.PRESSURE: pressure_column,
         Quantity.DISPLACEMENT: displacement_column,
+        Quantity.ANGLE: angle_column,
+        Quantity.FORCE: force_column,
         Quantity.TIME: time_column,
     }
     sensitivities = {Quantity.PRESSURE: pressure_sensitivity, Quantity.DISPLACEMENT: displacement_sensitivity}
-    measurement = read_measurement(measured, columns, sensitivities)
+    measurements = [read_measurement(path, columns, sensitivities) for path in measured]
     options = {"target": target, "zero": zero, "sensor": sensor, "lag": lag, "smoothing": smoothing}
-    found = compared(job, measurement, prediction, options)
+    found = compared(job, measurements, prediction, options | {"pressure_sensor": pressure_sensor})
     commands.make_folder(job.files.details)
     found.write(format)
     show(found.as_json(format) if as_json else told(as_text(found, format), found.files(format)))

@@ -33,17 +33,29 @@ def _known(law: str) -> str:
 
 
 #: Units of stress.
-StressUnit = Literal["MPa", "kPa", "Pa"]
+StressUnit = Literal["MPa", "kPa", "Pa", "psi"]
 
 
 def fit(
-    data: Annotated[Path, typer.Argument(metavar="CSV", help="Columns stretch (or strain) and engineering stress.")],
+    data: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="CSV...", help="Columns stretch (or strain) and engineering stress; a file for each specimen."
+        ),
+    ],
     law: Annotated[
         str, typer.Option("--law", help="Law to fit.", callback=_known, autocompletion=completion.laws)
     ] = "all",
     terms: Annotated[int, typer.Option("--terms", help="Most terms of the Ogden law, 1 to 3.")] = 2,
     unit: Annotated[
         StressUnit | None, typer.Option("--unit", help="Unit of the stress, unless the header has it. Default: MPa.")
+    ] = None,
+    gauge_length: Annotated[
+        float | None, typer.Option("--gauge-length", min=0.0, help="Of a column of extension, mm. Default: the file's.")
+    ] = None,
+    area: Annotated[
+        float | None,
+        typer.Option("--area", min=0.0, help="Initial cross section for a column of load, mm². Default: the file's."),
     ] = None,
     case: Annotated[
         Path | None,
@@ -68,15 +80,18 @@ def fit(
     plot: Annotated[bool, typer.Option(help="Draw data and laws as PNG beside the CSV.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Fit material laws to a uniaxial tension test and print the section for a case file."""
-    from pipeline.measured.fitting import fit_file
+    """Fit material laws to uniaxial tension tests and print the section for a case file."""
+    from pipeline.measured.fitting import fit_file, settings_of
+    from pipeline.measured.specimens import Specimens
 
     if up_to is not None and whole:
         raise Fault(ExitCode.USAGE, "--up-to and --whole exclude each other; leave out one of them.")
     if case and strain_limit is not None:
         raise Fault(ExitCode.USAGE, "--case and --strain-limit exclude each other; leave out one of them.")
     options = {"law": law, "terms": terms, "strain_limit": strain_limit, "up_to": _stretch(up_to), "whole": whole}
-    report = fit_file(data, options, unit, case, plot=plot)
+    settings, specimen = settings_of(options, case), {"gauge_length": gauge_length, "area": area}
+    reports = [fit_file(path, settings, unit, specimen, plot=plot) for path in data]
+    report = reports[0] if len(reports) == 1 else Specimens.of(reports, settings)
     show(report.as_json() if as_json else report.as_text())
     if report.refusal:
         raise Fault(ExitCode.USAGE, report.refusal)

@@ -15,6 +15,8 @@ MOST_POINTS = 1500
 #: Dark for averages, light for the rows themselves.
 LOADING, UNLOADING, PREDICTED = ("#1f4e79", "#a9c4e0"), ("#c55a11", "#f3c39f"), "#000000"
 BESIDE = "#2e7d32"
+#: What answers the pressure, for the axis.
+ANSWERS = {"displacement": "displacement of the spring's end", "angle": "angle of the plate", "force": "force"}
 
 
 def comparison(
@@ -52,26 +54,26 @@ def comparison(
     if prediction.curve:
         label = ", ".join(filter(None, ("predicted", source)))
         axes.plot([0.0, *pressure], [0.0, *displacement], color=PREDICTED, linewidth=1.6, label=label)
-    else:
+    elif np.isfinite(displacement).any():
         axes.plot([0.0, *pressure], [0.0, *displacement], "D", color=PREDICTED, label="predicted, no curve")
     for other, curve in (beside or {}).items():
         points = [0.0, *curve.pressure], [0.0, *curve.displacement]
         axes.plot(*points, color=BESIDE, linewidth=1.2, label=f"predicted, {other}")
-    target = result.target
-    axes.axvline(target.pressure, color="#7f7f7f", linestyle="--", linewidth=1.0, label=_target(target))
+    target, answer, unit = result.target, result.aligned.answer, result.aligned.unit
+    axes.axvline(target.pressure, color="#7f7f7f", linestyle="--", linewidth=1.0, label=_target(target, unit))
     axes.plot(target.pressure, target.mean, "o", color=LOADING[0], markersize=7.0)
     if target.predicted is not None and prediction.curve:
         axes.plot(target.pressure, target.predicted, "o", color=PREDICTED, markersize=7.0)
-    axes.set(xlabel="pressure [kPa]", ylabel="displacement of the spring's end [mm]")
+    axes.set(xlabel="pressure [kPa]", ylabel=f"{ANSWERS.get(answer, answer)} [{unit}]")
     axes.set_title(title, fontsize=9)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper left")
     return figure
 
 
-def _target(target: Target) -> str:
+def _target(target: Target, unit: str) -> str:
     at = f"target {target.pressure:.4g} kPa"
-    return at if target.deviation is None else f"{at}, deviation {target.deviation:+.2f} mm"
+    return at if target.deviation is None else f"{at}, deviation {target.deviation:+.2f} {unit}"
 
 
 def _mean(count: int) -> str:

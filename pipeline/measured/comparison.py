@@ -1,30 +1,26 @@
-"""``poro compare``: a recorded test beside what was predicted for the part, as report, figure and table."""
+"""``poro compare``: recorded tests beside what was predicted for the part, as report, figure and table."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from actuator.arrays import Floats
 from actuator.failure import Failure
-from pipeline.case.model import Case
 from pipeline.exit_codes import ExitCode, Fault, option_settings
+from pipeline.measured.column_names import RESPONSES, Quantity
 from pipeline.measured.measurement import Measurement
+from pipeline.measured.predictions import Source, blocked_force, predicted_at, predictions
+from pipeline.measured.rows import LeftOut
 from pipeline.results.json_output import result_json
-from pipeline.results.simulation import read_simulation
 from pipeline.runs.job import Job
-from pipeline.store import artifact, contents
 from pipeline.store.atomic import write_bytes
-from pipeline.store.files import detail_of
 from pipeline.store.tables import as_csv
 from stages import compare
-from stages.compare import deviations
-from stages.rig import scaled
 from stages.words import PredictionName
 
 if TYPE_CHECKING:
@@ -32,60 +28,124 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Source:
-    """Where a prediction comes from.
+class Answer:
+    """What the part answered to the pressure, beside its prediction.
 
     Attributes:
-        kind: ``as-printed`` for the inflated part, ``density`` for the simulated density field, ``design`` for the
-            single point of a design.
-        path: the artifact.
-        notes: sentences about its limits.
-    """
-
-    kind: str
-    path: Path
-    notes: tuple[str, ...] = ()
-
-    @property
-    def words(self) -> str:
-        """What it is, for people."""
-        return {"as-printed": "as printed", "density": "density field"}.get(self.kind, self.kind)
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A recorded test beside its prediction.
-
-    Attributes:
-        job: the case.
-        measurement: the file and its recording.
-        sha256: of the file's bytes.
-        settings: of the comparison.
+        quantity: displacement, angle or force.
         prediction: scaled to the part.
         source: of the prediction.
         others: predictions that are drawn beside it.
         result: of the comparison.
     """
 
-    job: Job
-    measurement: Measurement
-    sha256: str
-    settings: compare.Settings
+    quantity: Quantity
     prediction: compare.Prediction
     source: Source
     others: tuple[tuple[compare.Prediction, Source], ...]
     result: compare.Result
 
     @property
+    def unit(self) -> str:
+        """Of its numbers: mm, deg or N."""
+        return self.quantity.kind.value
+
+    @property
     def others_at_target(self) -> list[tuple[Source, float | None]]:
-        """What the other predictions say at the target pressure, mm; None where they do not reach it."""
+        """What the other predictions say at the target pressure; None where they do not reach it."""
         return [(source, predicted_at(other, self.result.target.pressure)) for other, source in self.others]
+
+    def as_json(self) -> dict[str, Any]:
+        """The numbers, for other programs; keys end in their unit."""
+        result, target, unit = self.result, self.result.target, self.unit
+        several = len(result.recordings) > 1
+        return {
+            "answer": self.quantity.value,
+            "cycles": len(result.cycles),
+            "prediction": {
+                "source": self.source.kind,
+                "path": str(self.source.path),
+                "curve": self.prediction.curve,
+                "target_kPa": self.prediction.target,
+            },
+            "beside": [
+                {"source": source.kind, "path": str(source.path), f"predicted_{unit}": predicted}
+                for source, predicted in self.others_at_target
+            ],
+            "target": {
+                "pressure_kPa": target.pressure,
+                f"measured_{unit}": target.mean,
+                f"measured_cycles_{unit}": target.measured.tolist(),
+                f"measured_recordings_{unit}": result.at_target.tolist(),
+                f"spread_{unit}": target.spread,
+                f"spread_recordings_{unit}": float(result.at_target.std(ddof=1)) if several else None,
+                f"predicted_{unit}": target.predicted,
+                f"deviation_{unit}": target.deviation,
+                "deviation_percent": target.percent,
+            },
+            "overall": asdict(result.overall) if result.overall else None,
+            "hysteresis": _plain(result.hysteresis),
+            "linearity": {"measured": _plain(result.linearity), "predicted": _plain(result.predicted_linearity)},
+            "stiffness": _plain(result.stiffness),
+        }
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Recorded tests of one part, or of specimens of it, beside the prediction.
+
+    Attributes:
+        job: the case.
+        measurements: the files and their recordings.
+        sha256: of each file's bytes.
+        settings: of the comparison.
+        answers: what was compared; the first is drawn and written as a table.
+        notes: sentences about what was not compared.
+    """
+
+    job: Job
+    measurements: tuple[Measurement, ...]
+    sha256: tuple[str, ...]
+    settings: compare.Settings
+    answers: tuple[Answer, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def main(self) -> Answer:
+        """What is drawn and written as a table."""
+        return self.answers[0]
 
     @property
     def title(self) -> str:
-        """Case, file, and the file's first comment, which may say that the test is none."""
-        comment = self.measurement.comments[:1]
-        return ", ".join([self.job.case.name, self.measurement.path.name, *(text[:80] for text in comment)])
+        """Case, files, and the first file's first comment, which may say that the test is none."""
+        comment = self.measurements[0].comments[:1]
+        names = [measured.path.name for measured in self.measurements]
+        return ", ".join([self.job.case.name, *names, *(text[:80] for text in comment)])
+
+    @property
+    def all_notes(self) -> list[str]:
+        """Sentences about limits of the prediction, and about what was assumed or passed over."""
+        several = len(self.measurements) > 1
+        found: list[str] = [*(note for answer in self.answers for note in answer.source.notes), *self.notes]
+        for number, measured in enumerate(self.measurements):
+            own = [*measured.notes, *(note for each in self.answers for note in each.result.recordings[number].notes)]
+            found += [f"{measured.path.name}: {note}" if several else note for note in own]
+        return list(dict.fromkeys(found))
+
+    def left_out(self, number: int) -> list[LeftOut]:
+        """Rows of a file that were not used."""
+        measured = self.measurements[number]
+        found = list(measured.left_out)
+        for answer in self.answers:
+            for lost in answer.result.recordings[number].lost:
+                quantity = Quantity(lost.signal)
+                if quantity is Quantity.PRESSURE and answer is not self.main:
+                    continue
+                column = measured.columns[quantity]
+                text = f"{lost.value / measured.factors[quantity]:.6g}"
+                line = int(measured.lines[lost.rows[0]])
+                found.append(LeftOut(f"{lost.why} in '{column.title}'", len(lost.rows), line, text))
+        return found
 
     def files(self, format: str) -> list[Path]:
         """Figure, report and table."""
@@ -96,8 +156,9 @@ class Comparison:
         """Measured rows and all predictions over the pressure."""
         from pipeline.figures.comparison import comparison  # loads a drawing library
 
-        beside = {source.words: other for other, source in self.others}
-        return comparison(self.result, self.prediction, self.title, self.source.words, beside)
+        main = self.main
+        beside = {source.words: other for other, source in main.others}
+        return comparison(main.result, main.prediction, self.title, main.source.words, beside)
 
     def write(self, format: str) -> None:
         """Write figure, report and table.
@@ -117,70 +178,59 @@ class Comparison:
 
     def as_json(self, format: str) -> str:
         """Everything but the curves, for other programs; what ``NAME.compare.json`` holds."""
-        case, result, measured = self.job.case, self.result, self.measurement
-        target = result.target
+        case, recordings = self.job.case, [self._recording(number) for number in range(len(self.measurements))]
         found = {
             "name": case.name,
-            "measured": str(measured.path),
-            "sha256": self.sha256,
-            "comments": list(measured.comments),
+            **recordings[0],
+            "recordings": recordings,
             "scale": case.export.scale,
             "youngs_modulus": case.rig.youngs_modulus,
             "settings": self.settings.model_dump(mode="json"),
-            "columns": {quantity.value: asdict(column) for quantity, column in measured.columns.items()},
-            "rows": len(measured.recording.pressure),
-            "cycles": len(result.cycles),
-            "prediction": {
-                "source": self.source.kind,
-                "path": str(self.source.path),
-                "curve": self.prediction.curve,
-                "target_kPa": self.prediction.target,
-            },
-            "beside": [
-                {"source": source.kind, "path": str(source.path), "predicted_mm": predicted}
-                for source, predicted in self.others_at_target
-            ],
-            "alignment": asdict(result.alignment),
-            "target": {
-                "pressure_kPa": target.pressure,
-                "measured_mm": target.mean,
-                "measured_cycles_mm": target.measured.tolist(),
-                "spread_mm": target.spread,
-                "predicted_mm": target.predicted,
-                "deviation_mm": target.deviation,
-                "deviation_percent": target.percent,
-            },
-            "overall": asdict(result.overall) if result.overall else None,
-            "hysteresis": _plain(result.hysteresis),
-            "linearity": {"measured": _plain(result.linearity), "predicted": _plain(result.predicted_linearity)},
-            "stiffness": _plain(result.stiffness),
-            "notes": [*self.source.notes, *result.notes],
+            **self.main.as_json(),
+            "other_answers": [answer.as_json() for answer in self.answers[1:]],
+            "notes": self.all_notes,
         }
         return result_json("compare", found, self.files(format))
 
+    def _recording(self, number: int) -> dict[str, Any]:
+        """What is said of one file."""
+        measured = self.measurements[number]
+        return {
+            "measured": str(measured.path),
+            "sha256": self.sha256[number],
+            "comments": list(measured.comments),
+            "columns": {quantity.value: asdict(column) for quantity, column in measured.columns.items()},
+            "rows": len(measured.lines),
+            "left_out": [asdict(each) for each in self.left_out(number)],
+            "assumed": {f"{quantity}_sensitivity": value for quantity, value in measured.assumed.items()},
+            "alignment": asdict(self.main.result.recordings[number].alignment),
+        }
+
     def as_csv(self) -> str:
         """The averaged curves; cells of what is not known are empty."""
-        result = self.result
+        result, unit = self.main.result, self.main.unit
         loading = result.mean_loading
         spread = result.loading.std(axis=0, ddof=1) if len(result.loading) > 1 else np.full(len(loading), np.nan)
         columns = {
             "pressure_kPa": result.pressure,
-            "loading_mm": loading,
-            "loading_spread_mm": spread,
-            "unloading_mm": result.mean_unloading,
-            "predicted_mm": result.predicted,
-            "deviation_mm": loading - result.predicted,
+            f"loading_{unit}": loading,
+            f"loading_spread_{unit}": spread,
+            f"unloading_{unit}": result.mean_unloading,
+            f"predicted_{unit}": result.predicted,
+            f"deviation_{unit}": loading - result.predicted,
         }
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
         return as_csv(columns, (["" if value != value else f"{value:.6g}" for value in row] for row in rows))
 
 
-def compared(job: Job, measurement: Measurement, wanted: PredictionName | None, options: dict[str, Any]) -> Comparison:
-    """Compare a recorded test with the prediction for a job's part.
+def compared(
+    job: Job, measured: Measurement | Sequence[Measurement], wanted: PredictionName | None, options: dict[str, Any]
+) -> Comparison:
+    """Compare recorded tests with the prediction for a job's part.
 
     Args:
         job: the case, with scale and Young's modulus of the print.
-        measurement: the test.
+        measured: the test, or repetitions of it.
         wanted: which curve to compare with; None for the best that there is.
         options: values of :class:`stages.compare.Settings` by name; those that are None keep their default.
 
@@ -189,122 +239,52 @@ def compared(job: Job, measurement: Measurement, wanted: PredictionName | None, 
             cannot be used (ARTIFACT).
     """
     settings = option_settings(compare.Settings, options)
-    (prediction, source), *others = _predicted(job, wanted)
+    files = (measured,) if isinstance(measured, Measurement) else tuple(measured)
+    common = [each for each in RESPONSES if all(each in file.recordings for file in files)]
+    if not common:
+        raise Fault(ExitCode.USAGE, "The recorded tests have nothing in common but the pressure; compare them apart.")
+    answers: list[Answer] = []
+    notes = []
+    for quantity in common:
+        try:
+            answers.append(_answer(job, files, quantity, wanted, settings, alone=common == [Quantity.FORCE]))
+        except Fault as fault:
+            if not answers:
+                raise
+            notes.append(f"the {quantity} is not compared: {str(fault).rstrip('.')}")
+    sha256 = []
+    for file in files:
+        with file.path.open("rb") as stream:
+            sha256.append(hashlib.file_digest(stream, "sha256").hexdigest())
+    return Comparison(job, files, tuple(sha256), settings, tuple(answers), tuple(notes))
+
+
+def _answer(
+    job: Job,
+    files: tuple[Measurement, ...],
+    quantity: Quantity,
+    wanted: PredictionName | None,
+    settings: compare.Settings,
+    *,
+    alone: bool,
+) -> Answer:
+    """Compare one answer to the pressure; a force ``alone`` is that of a held arm."""
+    (prediction, source), *others = [blocked_force(job)] if alone else predictions(job, wanted, quantity)
+    # What turns the displacement's signal says nothing of another.
+    main = quantity is next(each for each in RESPONSES if each in files[0].recordings)
+    own = settings if main else settings.model_copy(update={"sensor": "auto"})
+    target = prediction.target if settings.target is None else settings.target
+    aligned = []
+    for file in files:
+        try:
+            aligned.append(compare.aligned(file.recordings[quantity], own, target))
+        except Failure as failure:
+            raise Fault(ExitCode.ARTIFACT, f"{file.path}: {failure}") from None
     try:
-        result = compare.run(measurement.recording, prediction, settings)
+        result = compare.run(aligned, prediction, own)
     except Failure as failure:
-        raise Fault(ExitCode.ARTIFACT, f"{measurement.path}: {failure}") from None
-    with measurement.path.open("rb") as file:
-        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
-    return Comparison(job, measurement, sha256, settings, prediction, source, tuple(others), result)
-
-
-def prediction_of(case: Case, response: Mapping[str, Floats] | float) -> compare.Prediction:
-    """What was predicted, scaled to the part that a case describes.
-
-    Args:
-        case: with the size of the part and what it is printed of.
-        response: columns of a pressure-displacement curve, N/mm² and mm, or the elongation of the spring at p_in, mm.
-            A curve without a column ``loading`` is that of an inflated part: the pressure rises along all of it, and
-            what counts of the spring's end, whose way up is positive there, is how far it travels.
-
-    Raises:
-        ValueError: if a curve has no point with pressure on the way up.
-    """
-    scale, modulus = case.export.scale, case.rig.youngs_modulus
-    assert modulus is not None
-    pressure_in = case.optimize.parameters()[1].pressure
-    if isinstance(response, float):
-        pressure, length = np.array([pressure_in]), np.array([response])
-    else:
-        pressure, length = np.asarray(response["pressure"]), np.asarray(response["elongation"])
-        if "loading" not in response:
-            length = np.copysign(1.0, length[-1]) * length
-        rows = (np.asarray(response.get("loading", 1)) == 1) & np.isfinite(pressure) & np.isfinite(length)
-        if not (pressure[rows] > 0.0).any():
-            raise ValueError("it has no loading part; make it again")
-        pressure, length = pressure[rows], length[rows]
-    kilopascals, millimetres = scaled(pressure, length, case.optimize, scale, modulus)
-    target, _ = scaled(pressure_in, 0.0, case.optimize, scale, modulus)
-    return compare.Prediction(kilopascals, millimetres, target, not isinstance(response, float))
-
-
-def predicted_at(prediction: compare.Prediction, target: float) -> float | None:
-    """Displacement that a prediction says at a pressure, kPa, in mm; None where it does not."""
-    path = deviations.rising(prediction.pressure, prediction.displacement)
-    return deviations.at_target(path, target, prediction.curve, prediction.target)
-
-
-def _predicted(job: Job, wanted: PredictionName | None) -> list[tuple[compare.Prediction, Source]]:
-    """What was predicted, scaled to the part, and where it comes from: what to compare with, then the others."""
-    case = job.case
-    if case.rig.youngs_modulus is None:
-        raise Fault(
-            ExitCode.USAGE,
-            f"{job.argument}: the stiffness of the print is not known; give its initial Young's modulus in N/mm² with "
-            "--youngs, or as youngs_modulus below 'rig:' in the case.",
-        )
-    design = job.artifact("optimize")
-    sources = [source for source in (_as_printed(job, design), _density(job, design)) if source]
-    sources.sort(key=lambda source: source.kind != wanted)  # else the best one stays the first
-    if wanted and (not sources or sources[0].kind != wanted):
-        stage = _STAGES[wanted]
-        raise Fault(
-            ExitCode.USAGE,
-            f"--prediction {wanted}: there is no {job.artifact(stage)}; make it with `poro {stage} {job.argument}`.",
-        )
-    if not sources:
-        note = (
-            f"the prediction is the single point of {design.name} and the origin, not a curve; "
-            f"`poro inflate {job.argument}` and `poro simulate {job.argument}` give one"
-        )
-        elongation = float(contents.summary(design, "optimize")["spring_elongation"])
-        return [(prediction_of(case, elongation), Source("design", design, (note,)))]
-    return [(_prediction(case, source), source) for source in sources]
-
-
-#: The stage that each curve comes from.
-_STAGES: dict[str, str] = {"as-printed": "inflate", "density": "simulate"}
-
-
-def _prediction(case: Case, source: Source) -> compare.Prediction:
-    if source.kind == "density":
-        curves: Mapping[str, Floats] = read_simulation(source.path).curves
-    else:
-        curves = artifact.read_group(source.path, "inflate", "curves")
-    try:
-        return prediction_of(case, curves)
-    except ValueError as error:
-        raise Fault(ExitCode.ARTIFACT, f"{source.path}: {error} with `poro {_STAGES[source.kind]}`.") from None
-
-
-def _found(job: Job, design: Path, *names: str) -> Path | None:
-    """The first file of these names among the details of the results or of the design."""
-    folders = dict.fromkeys((job.files.details, detail_of(design, "")))
-    return next((path for folder in folders for name in names if (path := folder / name).is_file()), None)
-
-
-def _density(job: Job, design: Path) -> Source | None:
-    path = _found(job, design, f"{job.case.name}.simulation.h5")
-    if path is None:
-        return None
-    if design.is_file() and artifact.read_header(path).upstream_identity != artifact.read_header(design).identity:
-        return Source("density", path, (f"{path} was not made from this {design.name}; run `poro simulate` again",))
-    return Source("density", path)
-
-
-def _as_printed(job: Job, design: Path) -> Source | None:
-    """The inflated part; its size does not matter, as the curve is that of the case."""
-    path = _found(job, design, job.artifact("inflate").name, f"{job.case.name}.inflation.h5")
-    if path is None:
-        return None
-    optimised = contents.summary(path, "inflate")["optimised"]
-    if optimised and design.is_file():
-        own = contents.summary(design, "optimize")["spring_elongation"]
-        if optimised["elongation"]["optimised"] != own:
-            note = f"{path} was made from another design than {design.name}; run `poro inflate` again"
-            return Source("as-printed", path, (note,))
-    return Source("as-printed", path)
+        raise Fault(ExitCode.ARTIFACT, f"{files[0].path}: {failure}") from None
+    return Answer(quantity, prediction, source, tuple(others), result)
 
 
 def _plain(found: Any) -> dict[str, Any] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -58,6 +59,7 @@ class FitReport:
         lines = [
             f"{self.source}: {len(self.test.stretch)} rows, {len(result.stretch)} of them a curve, "
             f"stretch {result.stretch.min():.5g} to {result.stretch.max():.5g}, stress in {self.test.unit}",
+            *(f"  note: {sentence}" for sentence in self.test.remarks),
             *(f"  warning: {sentence}" for sentence in result.warnings),
             f"  fitted to {len(stretch)} rows, stretch {stretch.min():.5g} to {stretch.max():.5g}; errors up to the "
             f"strain limit of {limit:g} %",
@@ -90,9 +92,13 @@ class FitReport:
 
     def as_json(self) -> str:
         """Everything, for other programs; stresses in N/mm²."""
+        return result_json("fit", self.numbers(), [self.plot] if self.plot else [])
+
+    def numbers(self) -> dict[str, Any]:
+        """Everything, by names."""
         result = self.result
         stretch = result.stretch[result.fitted]
-        found: dict[str, Any] = {
+        return {
             "source": str(self.source),
             "points": len(self.test.stretch),
             "stretch": [float(result.stretch.min()), float(result.stretch.max())],
@@ -118,29 +124,39 @@ class FitReport:
                 for each in result.fits
             ],
             "left_out": result.left_out,
+            "notes": self.test.remarks,
         }
-        return result_json("fit", found, [self.plot] if self.plot else [])
 
 
-def fit_file(path: Path, options: dict[str, Any], unit: str | None, case: Path | None, *, plot: bool) -> FitReport:
+def settings_of(options: dict[str, Any], case: Path | None) -> fit.Settings:
+    """The settings of a fit, with the strain limit of a case if there is one.
+
+    Raises:
+        Fault: if an option or the case cannot be used.
+    """
+    if case:
+        options = options | {"strain_limit": open_job(case, None).case.objective.strain_limit}
+    return option_settings(fit.Settings, options)
+
+
+def fit_file(
+    path: Path, settings: fit.Settings, unit: str | None, specimen: Mapping[str, float | None], *, plot: bool
+) -> FitReport:
     """Read a test, fit laws to it, and draw them beside it.
 
     Args:
         path: CSV; see :func:`pipeline.measured.uniaxial_test.read_uniaxial_test`.
-        options: values of :class:`stages.fit.Settings` by name.
+        settings: of the fit.
         unit: of the stress if the header has none.
-        case: whose strain limit is meant.
+        specimen: its ``gauge_length``, mm, and ``area``, mm², if the file does not say.
         plot: whether to draw ``STEM.fit.png``.
 
     Raises:
-        Fault: if the file cannot be used (ARTIFACT), or an option or the case cannot, no law can be fitted, or the
-            strain may be in percent (USAGE).
+        Fault: if the file cannot be used (ARTIFACT), or the unit does not fit it, no law can be fitted, or the strain
+            may be in percent (USAGE).
         OSError: if the folder or the disk does not take the figure.
     """
-    if case:
-        options = options | {"strain_limit": open_job(case, None).case.objective.strain_limit}
-    settings = option_settings(fit.Settings, options)
-    test = read_uniaxial_test(path, unit)
+    test = read_uniaxial_test(path, unit, **specimen)
     try:
         result = fit_test(test, settings)
     except NoFit as failure:

@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from actuator.arrays import Floats
+from actuator.arrays import Floats, Ints
 from actuator.failure import UnusableRecording
+from stages.compare.noise import noise
 
 Flags = NDArray[np.bool_]
 
@@ -44,6 +45,12 @@ class Cycle:
     unloading: slice | None
     peak: float
 
+    def later(self, rows: int) -> Cycle:
+        """The same in a recording with so many rows before it."""
+        up, down = self.loading, self.unloading
+        moved = None if down is None else slice(down.start + rows, down.stop + rows)
+        return Cycle(slice(up.start + rows, up.stop + rows), moved, self.peak)
+
 
 @dataclass(frozen=True)
 class Cycles:
@@ -53,27 +60,21 @@ class Cycles:
         cycles: at least one.
         rest: (n,), rows at rest before the first of them.
         skipped: number of rises that did not begin near rest.
+        broken: number of cycles of which too many samples were lost.
     """
 
     cycles: tuple[Cycle, ...]
     rest: Flags
     skipped: int
+    broken: int = 0
 
 
-def noise(values: Floats) -> float:
-    """Standard deviation of white noise on a smooth signal (n,), from the median of its second differences.
-
-    The median does not see turning points or single spikes; sqrt(6) is the norm of the stencil 1, -2, 1, and 1.4826
-    makes the median absolute deviation of a normal distribution its standard deviation.
-    """
-    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
-
-
-def split(pressure: Floats) -> Cycles:
+def split(pressure: Floats, rows: Ints | None = None) -> Cycles:
     """Find rest and cycles of a recording.
 
     Args:
         pressure: (n,), kPa, in the order of time, from any zero.
+        rows: which of the recording they are, (n,), for messages; None for all.
 
     Raises:
         UnusableRecording: if it is too short, does not change, has no loading part, or a part of very few rows.
@@ -110,7 +111,8 @@ def split(pressure: Floats) -> Cycles:
     first = whole.index(True)
     before = slice(row(peaks[first - 1]) if first else 0, row(peaks[first]) + 1)
     rest, level = _rest(pressure, before, low, max(REST_SHARE * span, REST_DEVIATIONS * deviation))
-    cycles = []
+    numbers = np.arange(len(pressure)) if rows is None else rows
+    cycles, broken = [], []
     for number, peak in enumerate(peaks.tolist()):
         if not whole[number]:
             continue
@@ -122,9 +124,17 @@ def split(pressure: Floats) -> Cycles:
         end = min(fall, fall + 1 - int(np.argmax(pressure[top : fall + 1][::-1] > level)))
         returns = coarse[valleys[number + 1]] <= low + NEAR_REST * span
         branches = slice(start, top + 1), slice(top, end + 1) if returns else None
-        _check(pressure, *branches)
+        try:
+            _check(pressure, *branches, numbers)
+        except UnusableRecording as failure:
+            if numbers[branches[0].start] + end - start == numbers[end]:  # nothing was lost
+                raise
+            broken.append(failure)
+            continue
         cycles.append(Cycle(*branches, float(coarse[peak])))
-    return Cycles(tuple(cycles), rest, sum(loaded) - len(cycles))
+    if not cycles:
+        raise broken[0]
+    return Cycles(tuple(cycles), rest, sum(loaded) - sum(whole), len(broken))
 
 
 def _rest(pressure: Floats, before: slice, low: float, band: float) -> tuple[Flags, float]:
@@ -141,12 +151,13 @@ def _rest(pressure: Floats, before: slice, low: float, band: float) -> tuple[Fla
     return rest, level + band
 
 
-def _check(pressure: Floats, loading: slice, unloading: slice | None) -> None:
+def _check(pressure: Floats, loading: slice, unloading: slice | None, numbers: Ints) -> None:
     """Refuse branches of too few rows, or with too few between rest and peak."""
     for name, rows in (("loading", loading), ("unloading", unloading)):
         if rows is None:
             continue
-        where = f"rows {rows.start + 1} to {rows.stop} of the numbers are a whole {name} part"
+        first, last = numbers[rows.start] + 1, numbers[rows.stop - 1] + 1
+        where = f"rows {first} to {last} of the numbers are a whole {name} part"
         if rows.stop - rows.start < FEWEST_ROWS:
             raise UnusableRecording(
                 f"{where} of fewer than {FEWEST_ROWS} rows; remove a spike there, or record more often."

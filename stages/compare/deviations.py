@@ -149,7 +149,7 @@ def response(path: Path) -> Callable[[Floats], Floats]:
 def at_target(path: Path, target: float, curve: bool, known: float) -> float | None:
     """Predicted displacement at the target, mm; of a prediction without a curve only at the pressure ``known``."""
     if not curve:
-        return float(path[1][-1]) if abs(target - known) <= 1e-3 * known else None
+        return float(path[1][-1]) if abs(target - known) <= 1e-3 * known and np.isfinite(path[1][-1]) else None
     found = float(response(path)(np.array([target]))[0])
     return found if np.isfinite(found) else None
 

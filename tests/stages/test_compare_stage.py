@@ -12,7 +12,7 @@ from synthetic import Truth, recording
 
 from actuator.failure import UnusableRecording
 from stages import compare
-from stages.compare import Prediction, Recording, Result, Settings, cycles, deviations
+from stages.compare import Prediction, Recording, Result, Settings, cycles, deviations, lost
 
 #: An S-shaped prediction up to 25 kPa, as the paper's is.
 PRESSURE = np.linspace(0.0, 25.0, 26)
@@ -266,7 +266,7 @@ def test_snap_through_is_passed_at_its_pressure() -> None:
 GOOD = recording(Truth())
 ROWS = len(GOOD.pressure)
 SPIKED = GOOD.pressure.copy()
-SPIKED[20] = 25.0
+SPIKED[20:24] = [25.0, 24.9, 24.8, 24.7]  # and the displacement with it: no lost sample
 REFUSED = {
     "there are 9 rows, and 10 are needed": Recording(GOOD.pressure[:9], GOOD.displacement[:9]),
     "the pressure is constant": Recording(np.full(ROWS, 3.0), GOOD.displacement),
@@ -274,7 +274,7 @@ REFUSED = {
     "the displacement is constant": Recording(GOOD.pressure, np.full(ROWS, 3.0)),
     "the pressure only falls": Recording(GOOD.pressure[360:600], GOOD.displacement[360:600]),
     "no loading part that begins at rest": Recording(GOOD.pressure[240:600], GOOD.displacement[240:600]),
-    "a whole loading part of fewer than 5 rows": Recording(SPIKED[:-50], GOOD.displacement[:-50]),
+    "a whole loading part of fewer than 5 rows": Recording(SPIKED[:-50], 1.1 * SPIKED[:-50]),
     "leaves out 25 kPa between two rows": Recording(np.where(GOOD.pressure > 12.5, 25.0, 0.0), GOOD.displacement),
     "the displacement is constant while the pressure rises": Recording(
         GOOD.pressure, np.concatenate([np.zeros(660), GOOD.displacement[660:]])
@@ -296,3 +296,117 @@ def test_unusable_recordings_are_refused_with_a_remedy(sentence: str) -> None:
 def test_lag_needs_times() -> None:
     with pytest.raises(UnusableRecording, match="leave the lag at 0"):
         compare.run(Recording(GOOD.pressure, GOOD.displacement), CURVE, Settings(lag=0.1))
+
+
+# ------------------------------------------------------------------------------------------------ lost samples
+
+SLOW = Truth(loop=1.0, noise=(0.03, 0.02), rate=10.0)
+SLOW_ONE = recording(SLOW)
+#: Rows that are lost, and what a logger writes there.
+LOST: dict[str, tuple[slice, float]] = {
+    "one row of 9999": (slice(305, 306), 9999.0),
+    "a spike of twice the range": (slice(180, 181), 60.0),
+    "zeros in the middle": (slice(150, 170), 0.0),
+    "every third row": (slice(1, None, 3), 0.0),
+    "the last value": (slice(100, 130), np.nan),
+    "an overflow at the beginning": (slice(0, 5), 65535.0),
+}
+
+
+def spoilt(values: np.ndarray, rows: slice, value: float) -> np.ndarray:
+    found = values.copy()
+    found[rows] = values[rows.start] if np.isnan(value) else value
+    return found
+
+
+@pytest.mark.parametrize("which", ["pressure", "displacement", "both"])
+@pytest.mark.parametrize("kind", LOST)
+def test_lost_samples_are_found_and_left_out(kind: str, which: str) -> None:
+    made, (rows, value) = recording(SLOW), LOST[kind]
+    pressure, displacement = (
+        spoilt(signal, rows, value) if which in (name, "both") else signal
+        for name, signal in (("pressure", made.pressure), ("displacement", made.displacement))
+    )
+    result = compare.run(Recording(pressure, displacement, made.time), CURVE, Settings())
+    found = {lost.signal for lost in result.recordings[0].lost}
+    assert found == ({"pressure", "displacement"} if which == "both" else {which})
+    clean = compare.run(made, CURVE, Settings())
+    assert result.target.mean == pytest.approx(clean.target.mean, abs=0.03)
+    assert result.hysteresis is not None
+    assert clean.hysteresis is not None
+    assert result.hysteresis.area == pytest.approx(clean.hysteresis.area, abs=0.3)
+
+
+def staircase(lag: float) -> Recording:
+    """Steps of a digital regulator, whose setpoint is recorded, and a part that follows."""
+    pressure = np.repeat(np.tile([0.0, 5, 10, 15, 20, 25, 20, 15, 10, 5], 3), 20)
+    displacement = np.zeros(len(pressure))
+    for row in range(1, len(pressure)):
+        displacement[row] = displacement[row - 1] + lag * (1.1 * pressure[row] - displacement[row - 1])
+    return Recording(pressure, displacement)
+
+
+def snapping() -> Recording:
+    made = recording(SLOW)
+    return Recording(made.pressure, np.where(made.displacement > 12.0, made.displacement + 10.0, made.displacement))
+
+
+#: Signals of parts and sensors in which nothing is lost.
+WHOLE = {
+    "few rows": recording(Truth(rate=0.5, seconds=20.0)),
+    "coarse steps": Recording(np.round(recording(SLOW).pressure), np.round(recording(SLOW).displacement)),
+    "no less than zero": Recording(
+        *(np.maximum(np.round(v, 1), 0.0) for v in (SLOW_ONE.pressure, SLOW_ONE.displacement))
+    ),
+    "much noise": recording(dataclasses.replace(SLOW, noise=(0.3, 0.5))),
+    "staircase": staircase(1.0),
+    "staircase with creep": staircase(0.2),
+    "snap-through": snapping(),
+    "long rest": recording(Truth(cycles=1, rest=600.0, noise=(0.03, 0.02), rate=2.0)),
+}
+
+
+@pytest.mark.parametrize("kind", WHOLE)
+def test_what_was_measured_is_not_lost(kind: str) -> None:
+    made = WHOLE[kind]
+    assert lost.find(made.pressure, made.displacement, "displacement") == ()
+
+
+def test_too_many_lost_samples_are_refused() -> None:
+    made = recording(SLOW)
+    spoilt_rows = np.arange(len(made.pressure)) % 9 > 2
+    with pytest.raises(UnusableRecording, match="hold no samples"):
+        compare.run(Recording(np.where(spoilt_rows, 0.0, made.pressure), made.displacement), CURVE, Settings())
+
+
+# ------------------------------------------------------------------------------------------------ sign, cuts, several
+
+
+@pytest.mark.parametrize("offset", [0.0, 25.0, 101.3])
+def test_reversed_pressure_sensor_is_turned(offset: float) -> None:
+    made = recording(Truth(linear=5.0, quadratic=37.5, noise=(0.01, 0.0)))
+    result = compare.run(Recording(offset - made.pressure, made.displacement), CURVE, Settings())
+    assert result.alignment.pressure_turned
+    assert result.alignment.pressure == pytest.approx(offset, abs=0.02)
+    assert result.target.mean == pytest.approx(28.0, abs=0.05)
+    upright = compare.run(made, CURVE, Settings())
+    assert not upright.alignment.pressure_turned
+    told = Settings(pressure_sensor="falls")
+    assert compare.run(Recording(offset - made.pressure, made.displacement), CURVE, told).alignment.pressure_turned
+
+
+def test_last_cycle_cut_on_its_way_up_does_not_shorten_the_others() -> None:
+    result = compare.run(rows_of(Truth(loop=1.0), 0, 1520), CURVE, Settings())  # at 21.7 kPa
+    assert len(result.cycles) == 2
+    assert any("cuts on its way up" in note for note in result.notes)
+    assert result.hysteresis is not None
+    assert result.hysteresis.area == pytest.approx(Truth(loop=1.0).area, rel=0.01)
+
+
+def test_several_recordings_are_averaged_each_from_its_own_zero() -> None:
+    truths = [Truth(linear=linear, cycles=2, zeros=(linear, -linear)) for linear in (27.0, 28.0, 29.5)]
+    result = compare.run([recording(truth) for truth in truths], CURVE, Settings())
+    assert len(result.cycles) == 6
+    np.testing.assert_allclose(result.at_target, [0.8 * truth.linear for truth in truths], atol=1e-6)
+    assert result.target.mean == pytest.approx(0.8 * np.mean([truth.linear for truth in truths]))
+    assert [part.alignment.displacement for part in result.recordings] == pytest.approx([-27.0, -28.0, -29.5])

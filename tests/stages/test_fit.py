@@ -252,7 +252,7 @@ MISTAKES = {
     "no header": (ROWS, 1, "no column of 'stretch' or 'strain'"),
     "both": ("stretch,strain,stress\n1.0,0.0,0.0\n", 1, "more than one column"),
     "true stress": ("stretch,true stress\n" + ROWS, 1, "engineering stress"),
-    "unit": ("stretch,stress [psi]\n" + ROWS, 1, "unit 'psi'"),
+    "unit": ("stretch,stress [furlong]\n" + ROWS, 1, "unit 'furlong'"),
     "word": ("stretch,stress\n1.0,0.0\n1.5,soft\n", 3, "'soft' is no number"),
     "infinite": ("stretch,stress\n1.0,0.0\n\n1.5,inf\n", 4, "finite"),
     "decimal comma": ("stretch,stress\n1,0,0,0\n", 2, "separate the cells by semicolons"),

@@ -19,6 +19,7 @@ from pipeline.measured.measurement import read_measurement
 from pipeline.runs.job import open_job
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Dataset
+from stages import rig
 from stages.chain import SCALE, youngs
 from stages.rig import scaled
 from stages.settings import ProblemSettings
@@ -145,7 +146,10 @@ def test_target_and_other_options(simulated: Path, measured: Path, poro: Poro) -
     found = json.loads(ended.out)
     assert found["target"]["measured_mm"] < -20.0
     assert found["alignment"]["rows"] == 0
-    assert found["settings"] == {"target": None, "zero": "none", "sensor": "falls", "smoothing": 0.05, "lag": 0.1}
+    assert found["settings"] == {
+        **{"target": None, "zero": "none", "sensor": "falls", "smoothing": 0.05, "lag": 0.1},
+        "pressure_sensor": "auto",
+    }
 
 
 def test_without_a_simulation_the_single_point_is_compared(folder: Path, measured: Path, poro: Poro) -> None:
@@ -255,3 +259,84 @@ def test_what_is_wrong_is_said_and_nothing_is_written(simulated: Path, measured:
     ended = poro("compare", "tiny.h5", measured, *PART)
     assert ended.code == ExitCode.ARTIFACT
     assert "tiny.simulation.h5: this is no HDF5 file" in ended.err
+
+
+def rows_of(path: Path) -> list[list[str]]:
+    return [line.split(",") for line in path.read_text().splitlines()[2:]]
+
+
+def rewritten(path: Path, header: str, rows: list[list[str]]) -> Path:
+    path.write_text("\n".join([header, *(",".join(row) for row in rows), ""]))
+    return path
+
+
+def test_lost_sample_is_named_in_report_and_json(simulated: Path, measured: Path, poro: Poro) -> None:
+    clean = json.loads(poro("compare", "tiny.h5", measured, *PART, "--json").out)
+    rows = rows_of(measured)
+    rows[305][2], rows[700][2] = "9999", "NaN"
+    spoilt = rewritten(Path("spoilt.csv"), "time_s,pressure_kPa,displacement_mm", rows)
+    ended = poro("compare", "tiny.h5", spoilt, *PART)
+    assert ended.code == 0, ended.err
+    assert "left out            1 row far off in 'displacement_mm', first in line 307: '9999'" in ended.out
+    assert "1 row without a number in 'displacement_mm', first in line 702: 'NaN'" in ended.out
+    found = json.loads((simulated / "tiny.compare.json").read_text())
+    assert [(each["count"], each["line"], each["text"]) for each in found["left_out"]] == [
+        (1, 702, "NaN"),
+        (1, 307, "9999"),
+    ]
+    for key in ("area", "width"):
+        assert found["hysteresis"][key] == pytest.approx(clean["hysteresis"][key], abs=0.02)
+
+
+def test_assumed_sensitivity_is_said_and_a_reversed_sensor_turned(simulated: Path, measured: Path, poro: Poro) -> None:
+    rows = [[time, str(-float(pressure) / 11.11), travel] for time, pressure, travel in rows_of(measured)]
+    volts = rewritten(Path("volts.csv"), "time [s],pressure [V],displacement [mm]", rows)
+    ended = poro("compare", "tiny.h5", volts, *PART)
+    assert ended.code == 0, ended.err
+    assert "19.17 kPa/V, of the paper's Honeywell 142PC15D, is assumed; give" in ended.out
+    assert "the pressure falls from where most rows are, at rest; its sign was turned" in ended.out
+    assert json.loads((simulated / "tiny.compare.json").read_text())["assumed"] == {"pressure_sensitivity": 19.17}
+    found = json.loads(poro("compare", "tiny.h5", volts, *PART, "--pressure-sensitivity", "11.11", "--json").out)
+    assert found["assumed"] == {}
+    assert found["alignment"]["pressure_turned"]
+    assert found["target"]["measured_mm"] == pytest.approx(22.0, abs=0.01)
+
+
+def test_several_files_give_mean_and_spread(simulated: Path, poro: Poro) -> None:
+    files = [written(Truth(linear=linear, cycles=2), Path(f"part-{linear:g}.csv")) for linear in (27.0, 28.0)]
+    ended = poro("compare", "tiny.h5", *files, *PART)
+    assert ended.code == 0, ended.err
+    assert "4 cycles compared" in ended.out
+    assert "21.60, 22.40 mm, ± 0.57 mm between the files" in ended.out
+    found = json.loads((simulated / "tiny.compare.json").read_text())
+    assert [one["measured"] for one in found["recordings"]] == [str(file) for file in files]
+    assert found["target"]["measured_mm"] == pytest.approx(22.0, abs=0.01)
+    assert found["target"]["spread_recordings_mm"] == pytest.approx(0.8 / np.sqrt(2.0), abs=0.01)
+
+
+def test_angle_and_force_are_compared_with_theirs(inflated: Path, measured: Path, poro: Poro) -> None:
+    path = inflated / "tiny.inflation.h5"
+    curves = artifact.read_group(path, "inflate", "curves")
+    curves["theta2"] = np.radians(curves["load_factor"] * 12.0)
+    datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
+    summary = contents.summarised(contents.summary(path, "inflate"))
+    artifact.write(path, artifact.read_header(path), datasets | summary)
+    rows = [[t, p, u, str(0.6 * float(u)), str(0.02 * float(u))] for t, p, u in rows_of(measured)]
+    header = "time [s],pressure [kPa],displacement [mm],bending angle [deg],tip force [N]"
+    ended = poro("compare", "tiny.h5", rewritten(Path("all.csv"), header, rows), *PART)
+    assert ended.code == 0, ended.err
+    assert "measured 13.20 ± " in ended.out
+    assert "predicted 12.00 deg: +1.20 deg (+10.0 %)" in ended.out
+    found = json.loads((inflated / "tiny.compare.json").read_text())
+    angle, force = found["other_answers"]
+    assert (angle["answer"], force["answer"]) == ("angle", "force")
+    stiffness = rig.run(ProblemSettings(), 1.5, 1.0, rig.Settings()).spring_stiffness
+    assert force["target"]["predicted_N"] == pytest.approx(stiffness * 0.95 * 23.0, rel=1e-3)
+    alone = rewritten(Path("angle.csv"), "time [s],pressure [kPa],theta [deg]", [[*row[:2], row[3]] for row in rows])
+    found = json.loads(poro("compare", "tiny.h5", alone, *PART, "--json").out)
+    assert (found["answer"], found["target"]["predicted_deg"]) == ("angle", pytest.approx(12.0))
+    held = rewritten(Path("held.csv"), "time [s],pressure [kPa],force [N]", [[*row[:2], row[4]] for row in rows])
+    ended = poro("compare", "tiny.h5", held, *PART)
+    assert ended.code == 0, ended.err
+    assert "the prediction does not say" in ended.out
+    assert "`poro inflate tiny.h5 --blocked` does" in ended.out

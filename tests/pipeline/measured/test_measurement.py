@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import datetime
 import tracemalloc
 from collections.abc import Iterable
 from pathlib import Path
@@ -164,8 +165,8 @@ WRONG = {
         "--pressure-column.",
     ),
     "unknown unit": (
-        "pressure [atm],u [mm]\n1,2\n",
-        ":1: column 'pressure [atm]': 'atm' is no unit of pressure that is known; write one",
+        "pressure [furlong],u [mm]\n1,2\n",
+        ":1: column 'pressure [furlong]': 'furlong' is no unit of pressure that is known; write one",
     ),
     "prefix in another case": ("pressure [mPa],u [mm]\n1,2\n", "'mPa' is no unit of pressure that is known"),
     "no unit": ("pressure,u [mm]\n1,2\n", ":1: column 'pressure': it has no unit; write one of kPa"),
@@ -231,3 +232,113 @@ def test_options_that_do_not_fit_the_file(tmp_path: Path) -> None:
     with pytest.raises(Fault, match="cannot be pressure and displacement") as caught:
         read(written(path, table("ai0,ai1", PRESSURE, DISPLACEMENT)), pressure="ai0 [V]", displacement="ai0 [V]")
     assert caught.value.code == ExitCode.USAGE
+
+
+# ------------------------------------------------------------------------------------------------ as instruments write
+
+MADE = recording(Truth(loop=1.0, rate=2.0, cycles=2))
+assert MADE.time is not None
+NUMBERS = [MADE.time, MADE.pressure, MADE.displacement]
+
+
+def stamps(form: str) -> list[str]:
+    """Times of day that pass midnight."""
+    begin = datetime.datetime(2025, 12, 31, 23, 59, 30)
+    return [(begin + datetime.timedelta(seconds=float(each))).strftime(form) for each in NUMBERS[0]]
+
+
+def text(header: str, *columns: Iterable[object], mark: str = ",", comma: bool = False) -> str:
+    columns = tuple([f"{x:.9g}" if isinstance(x, float) else x for x in column] for column in columns)
+    found = table(header, *columns, mark=mark)
+    return found.replace(".", ",") if comma else found
+
+
+TIME_S, KPA, MM = NUMBERS
+LVM = (
+    "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nTime\t13:20:11.1\n***End_of_Header***\t\n\t\n"
+    "Channels\t2\t\nSamples\t100\t100\t\nY_Unit_Label\tkPa\tmm\t\nX0\t0.0\t0.0\t\n***End_of_Header***\t\t\t\n"
+    "X_Value\tPressure\tDisplacement\tComment"
+)
+WRITTEN = {
+    "names with units": text("time_s,pressure_kPa,displacement_mm", *NUMBERS),
+    "units after commas": text("Time, s,Pressure, kPa,Displacement, mm", *NUMBERS),
+    "units in a row": text(
+        "Time;Pressure;Displacement\n[s];[mbar];[µm]", TIME_S, 10 * KPA, 1e3 * MM, mark=";", comma=True
+    ),
+    "sep=": text("sep=;\nTime [s];Pressure (psi);Travel [cm]", TIME_S, KPA / 6.894757293168361, MM / 10, mark=";"),
+    "mmHg and inches": text("time [min],p [mmHg],u [in]", TIME_S / 60, KPA / 0.133322387415, MM / 25.4),
+    "gauge pressure": text("t [s]|Pressure (psig)|travel (mm)", TIME_S, KPA / 6.894757293168361, MM, mark="|"),
+    "LabVIEW": text(LVM, *NUMBERS, mark="\t"),
+    "preamble": text(
+        "Rig 2; pressure test\n\nOperator;me\nDate;2025-12-31\ntime [s];pressure [kPa];disp [mm]", *NUMBERS, mark=";"
+    ),
+    "setpoint beside": text("time [s],pressure setpoint [kPa],pressure [kPa],u [mm]", TIME_S, np.round(KPA), KPA, MM),
+    "blanks": text("time[s] pressure[kPa] displacement[mm]", *NUMBERS, mark=" "),
+    "ISO": text("timestamp,pressure [kPa],u [mm]", stamps("%Y-%m-%dT%H:%M:%S.%f"), KPA, MM),
+    "German": text("Time;p [kPa];u [mm]", stamps("%d.%m.%Y %H:%M:%S,%f"), KPA, MM, mark=";").replace(".", ","),
+    "half days": text("Time,p [kPa],u [mm]", stamps("%m/%d/%Y %I:%M:%S.%f %p"), KPA, MM),
+    "spreadsheet days": text("Date,p [kPa],u [mm],Time", KPA, KPA, MM, [f"{46022.99 + t / 86400:.9f}" for t in TIME_S]),
+    "milliseconds": text(
+        "Booting...\nOK\nmillis,pressure_kPa,distance_mm", [f"{1e3 * t:.0f}" for t in TIME_S], KPA, MM
+    ),
+    "serial monitor": "14:23:05.100 -> p (kPa),u (mm)\n"
+    + "".join(f"{t[:-3]} -> {p:.9g},{u:.9g}\n" for t, p, u in zip(stamps("%H:%M:%S.%f"), KPA, MM, strict=True)),
+    "message and end": text(GOOD, KPA, MM, TIME_S) + "End of test\n",
+    "UTF-16 by tabs": text("time [s]\tpressure [kPa]\tdisplacement [mm]", *NUMBERS, mark="\t"),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_same_numbers_as_instruments_write_them(name: str, tmp_path: Path) -> None:
+    encoding = "utf-16" if name.startswith("UTF-16") else "utf-8"
+    found = read(written(tmp_path / "test.csv", WRITTEN[name], encoding)).recording
+    np.testing.assert_allclose(found.pressure, KPA, atol=1e-6)
+    np.testing.assert_allclose(found.displacement, MM, atol=1e-6)
+    assert found.time is not None
+    np.testing.assert_allclose(found.time - found.time[0], TIME_S, atol=1e-3)
+
+
+@pytest.mark.parametrize("mark", ["+9.91000000E+37", "NaN", "OVLD", "", "---", "#N/A", "inf"])
+def test_marks_of_lost_numbers_are_left_out_and_named(mark: str, tmp_path: Path) -> None:
+    cells = [mark if row % 10 == 3 else f"{value:.6f}" for row, value in enumerate(MM)]
+    found = read(written(tmp_path / "test.csv", text(GOOD, KPA, cells, TIME_S)))
+    (left,) = found.left_out
+    assert (left.count, left.line, left.text) == (len(MM) // 10 + (len(MM) % 10 > 3), 5, mark)
+    assert "displacement [mm]" in str(left)
+    kept = np.arange(len(MM)) % 10 != 3
+    np.testing.assert_allclose(found.recording.pressure, KPA[kept], atol=1e-6)
+    np.testing.assert_array_equal(found.lines, np.flatnonzero(kept) + 2)
+
+
+def test_rows_that_are_no_rows_are_named(tmp_path: Path) -> None:
+    lines = text(GOOD, KPA, MM, TIME_S).splitlines()
+    lines[20:20] = [lines[0], "sensor not ready", "0,0,0"]
+    found = read(written(tmp_path / "test.csv", "\n".join([*lines, "12.5,1"])))
+    assert [(each.why, each.count, each.line) for each in found.left_out] == [
+        ("of text", 2, 21),
+        ("cut short", 1, len(lines) + 1),
+        ("out of the order of time", 1, 23),
+    ]
+    np.testing.assert_allclose(found.recording.pressure, KPA, atol=1e-6)
+
+
+def test_angle_and_force_beside_travel(tmp_path: Path) -> None:
+    columns = TIME_S, KPA, 0.02 * MM / 4.4482216152605, np.radians(MM), MM
+    header = "time [s],pressure [kPa],tip load [lbf],bending angle [rad],load displacement [mm]"
+    found = read(written(tmp_path / "a.csv", text(header, *columns)))
+    assert list(found.recordings) == [Quantity.DISPLACEMENT, Quantity.ANGLE, Quantity.FORCE]
+    for quantity, values in ((Quantity.DISPLACEMENT, MM), (Quantity.ANGLE, MM), (Quantity.FORCE, 0.02 * MM)):
+        np.testing.assert_allclose(found.recordings[quantity].displacement, values, atol=1e-6)
+    alone = read(written(tmp_path / "b.csv", text("t,p [kPa],θ [°]", TIME_S, KPA, MM)))
+    assert alone.recording.answer == "angle"
+    found = read(written(tmp_path / "c.csv", text("p [kPa],u [mm],force [V]", KPA, MM, MM)))
+    assert list(found.recordings) == [Quantity.DISPLACEMENT]
+    assert "the force is not compared: column 'force [V]'" in found.notes[0]
+
+
+def test_sensitivity_that_nobody_gave_is_said(tmp_path: Path) -> None:
+    path = written(tmp_path / "volts.csv", text("pressure [V],displacement [mm]", KPA / 19.17, MM))
+    found = read(path)
+    assert found.assumed == {Quantity.PRESSURE: 19.17}
+    assert "give that of your sensor with --pressure-sensitivity" in found.notes[0]
+    assert read(path, {Quantity.PRESSURE: 11.11}).assumed == {}
