@@ -147,7 +147,7 @@ THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
 MOST_REMOVED = Option(
-    "--most-removed", float, "export", "most_removed", "Share of the volume that floating bodies may have and be removed."
+    "--most-removed", float, "export", "most_removed", "Share of the volume that may be removed as islands."
 )
 SIZE = Option("--size", float, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
 PART_SCALE = Option(

@@ -126,9 +126,9 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         share = 1.0 - float(component_volumes(surface).sum() / component_volumes(proof.surface).sum())
         if share > settings.most_removed:
             raise LooseBodies(
-                f"Without {_bodies(len(islands))} beside the largest {100.0 * share:.3g} % of the volume would be gone, "
-                f"more than the {100.0 * settings.most_removed:.3g} % of export.most_removed: {listed}; connect them in "
-                "the design (mirror.threshold, refine.filter_radius), or allow it by --most-removed."
+                f"{len(islands)} bodies float beside the part and are {100.0 * share:.3g} % of the volume, and at most "
+                f"{100.0 * settings.most_removed:.3g} % may be removed: {listed}; connect them in the design "
+                "(mirror.threshold, refine.filter_radius), or allow more by export.most_removed (--most-removed)."
             )
         observer(Message(f"{len(islands)} floating islands removed: {listed}"))
     whole, off = surface, 0.0
@@ -172,10 +172,6 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         all(checks.values()),
         report,
     )
-
-
-def _bodies(count: int) -> str:
-    return "the body" if count == 1 else f"the {count} bodies"
 
 
 def _listed(islands: list[Shell]) -> str:
