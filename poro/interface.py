@@ -260,7 +260,7 @@ def slice(part: PathName | Solid, *, observer: Observer = silent, **options: Any
 
     Args:
         part: as for :func:`check`.
-        observer: is told if the part had to be repaired.
+        observer: is told if vertices had to be merged that are not equal.
         options: fields of :class:`stages.slices.Settings`: ``thickness``, mm, and ``direction``.
     """
     solid = _solid(part)

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import InvalidSettings, Leaking, NotInflatable, SolveFailure
+from actuator.failure import InvalidSettings, Leaking, NotInflatable, NotManifold, SolveFailure
 from actuator.geometry.printing.directions import Axis
 from stages import check
 from stages.events import LoadStep, Message, Observer, silent
@@ -117,12 +117,15 @@ def run(
 def _glued(vertices: Floats, triangles: Ints, axis: Axis) -> Glued:
     """The solid between plates; one that leaks is refused with the place where the air gets out."""
     from actuator.body.plates import glued
-    from actuator.geometry.solid import rounded
 
     try:
-        return glued(vertices, triangles, axis)
+        surface = check.sound(vertices, triangles).surface
+    except NotManifold as failure:
+        raise NotInflatable(str(failure)) from None
+    try:
+        return glued(surface.vertices, surface.triangles, axis)
     except Leaking:
-        air = check.air_chamber(rounded(vertices, triangles), check.Settings(axis=axis))
+        air = check.air_chamber(surface, check.Settings(axis=axis))
         if air.verdict == "pass":
             raise
         found = air.text[0].lower() + air.text[1:].removesuffix(".")

@@ -137,7 +137,7 @@ def _facets(body: str, line: int, *, whole: bool = True) -> Floats:
         _complain(body, line, whole=whole)
         return np.empty((0, 3, 3))
     try:
-        corners = np.array([words[place::step] for place in COORDINATES]).astype(np.float64)
+        corners = np.array([list(map(float, words[place::step])) for place in COORDINATES])
     except ValueError:
         corners = np.full(1, np.nan)
     if not np.isfinite(corners).all():

@@ -241,9 +241,14 @@ def _placed(element: Any, part: str, unit: float) -> _Placed:
 
 def _numbers(parent: Any, tag: str, names: tuple[str, ...], part: str) -> Floats:
     """Attributes (n, 3) of the children of an element."""
-    children = [element.attrib for element in parent.iterchildren(f"{CORE}{tag}")]
+    first, second, third = names
     try:
-        found = np.array([[child[name] for name in names] for child in children]).astype(np.float64).reshape(-1, 3)
+        found = np.array(
+            [
+                (float(child[first]), float(child[second]), float(child[third]))
+                for child in (element.attrib for element in parent.iterchildren(f"{CORE}{tag}"))
+            ]
+        ).reshape(-1, 3)
     except (KeyError, ValueError) as error:
         raise UnreadableSolid(f"A {tag} in {part} of the 3mf lacks a number ({error}); {REMEDY}.") from None
     if not np.isfinite(found).all():

@@ -68,6 +68,7 @@ class Sliced:
             "most_outlines": int(result.outlines.max()),
             "volume_by_layers_mm3": result.layered_volume,
             "volume_mm3": result.volume,
+            "merged_within_mm": result.within,
             "files": [str(table), str(plot)],
         }
 
@@ -130,7 +131,7 @@ def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], No
         part: STL or 3MF; its ending says which.
         thickness: of a layer, mm.
         direction: from the platform to the part, ``x``, ``-x`` and so on.
-        say: is told if the part had to be repaired.
+        say: is told if vertices had to be merged that are not equal.
 
     Raises:
         Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
