@@ -37,7 +37,7 @@ from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflation, read_inflation
 from pipeline.results.simulation import Curves, Simulation, read_simulation
 from pipeline.store import artifact, contents
-from pipeline.store.solid_file import SolidFile, read_solid
+from pipeline.store.solid_file import SolidFile, Unit, read_solid
 from pipeline.study.study import replaced
 from stages.events import Observer, silent
 from stages.section import Section
@@ -313,7 +313,9 @@ def compare(
 # ------------------------------------------------------------------------------------------------ artifacts
 
 
-def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation | Inflation:
+def load(
+    path: PathName, unit: Unit | None = None
+) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation | Inflation:
     """What a finished artifact or an exported part holds.
 
     Returns:
@@ -321,12 +323,16 @@ def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | S
         ``NAME.simulation.h5`` the curves, of ``NAME.inflation.h5`` the curve of the part, and of an ``.stl`` or
         ``.3mf`` its triangles.
 
+    Args:
+        path: the file.
+        unit: of a solid whose file does not say its own, as no STL of another program does.
+
     Raises:
-        Fault: if the file is missing, unreadable, or none of these.
+        Fault: if the file is missing, unreadable, or none of these, or the unit of a solid is doubtful.
     """
     path = Path(path)
     if path.suffix.lower() != ".h5":
-        return read_solid(path)
+        return read_solid(path, unit)
     stage = artifact.read_header(path).stage
     if stage not in _LOADERS:
         known = ", ".join(_LOADERS)

@@ -25,6 +25,10 @@ if TYPE_CHECKING:  # slow to load: only where a file is written or read
     from actuator.geometry.zero_set import Surface
 
 
+#: How the STL of this program begins, by which is known that it is in mm.
+OWN = b"poro: "
+
+
 @dataclass(frozen=True)
 class Format:
     """A file format of solids.
@@ -69,7 +73,7 @@ def _write_stl(surface: Surface, title: str) -> bytes:
 
 def stl_header(title: str) -> bytes:
     """The free text of a binary STL, which must not look like that of an ASCII one."""
-    return f"poro: {title}".encode("ascii", "replace")[: stl.HEADER].ljust(stl.HEADER)
+    return (OWN + title.encode("ascii", "replace"))[: stl.HEADER].ljust(stl.HEADER)
 
 
 def _write_3mf(surface: Surface, title: str) -> bytes:

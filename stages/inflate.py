@@ -95,7 +95,7 @@ def run(
 
     compute = compute or Compute()
     use_threads(compute.threads)
-    solid = _glued(vertices, triangles, settings.axis)
+    solid = _glued(vertices, triangles, settings.axis, observer)
     scale = settings.part_scale or solid.length / problem.domain.length
     solid = _in_case_units(solid, scale)
     problem = _with_pressure(problem, settings, youngs_modulus)
@@ -114,14 +114,17 @@ def run(
     return course.result(optimised if settings.pressure is None else None)
 
 
-def _glued(vertices: Floats, triangles: Ints, axis: Axis) -> Glued:
+def _glued(vertices: Floats, triangles: Ints, axis: Axis, observer: Observer) -> Glued:
     """The solid between plates; one that leaks is refused with the place where the air gets out."""
     from actuator.body.plates import glued
 
     try:
-        surface = check.sound(vertices, triangles).surface
+        found = check.sound(vertices, triangles)
     except NotManifold as failure:
         raise NotInflatable(str(failure)) from None
+    if found.within:
+        observer(Message(f"vertices within {found.within:.1g} mm merged"))
+    surface = found.surface
     try:
         return glued(surface.vertices, surface.triangles, axis)
     except Leaking:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.cli import completion
+from pipeline.store.solid_file import Unit
 
 Source = Annotated[
     Path,
@@ -33,6 +34,10 @@ OfCase = Annotated[
     ),
 ]
 Part = Annotated[Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.")]
+OfUnit = Annotated[
+    Unit | None,
+    typer.Option("--unit", help="Unit of a solid whose file does not say it, as no STL does. Default: mm."),
+]
 Output = Annotated[
     Path | None,
     typer.Option(

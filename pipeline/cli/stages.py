@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from pipeline.cli.options import Force, Fresh, Json, OfCase, Output, Source, SourceOrSolid
+from pipeline.cli.options import Force, Fresh, Json, OfCase, OfUnit, Output, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.store.solid_file import Unit
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
 
 Command = Callable[..., None]
@@ -34,17 +35,18 @@ def stage_command(row: Stage) -> Command:
         as_json: bool,
         fresh: bool = False,
         of_case: Path | None = None,
+        unit: Unit | None = None,
         **options: Any,
     ) -> None:
         from pipeline.runs import perform as commands
 
         if row.takes_part:
             commands.refuse_other(case)
-        job = commands.open_job(case, output, _changes(row.options, options), of_case)
+        job = commands.open_job(case, output, _changes(row.options, options), of_case, unit)
         steps = commands.plan(job, last=row.name, forced=row.name if force else None)
         _tell(*commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
 
-    part = [_parameter("of_case", OfCase, None)] if row.takes_part else []
+    part = [_parameter("of_case", OfCase, None), _parameter("unit", OfUnit, None)] if row.takes_part else []
     fresh = [_parameter("fresh", Fresh, False)] if row.extent else []
     return _with_parameters(
         command,
@@ -112,7 +114,7 @@ def run_command() -> Command:
     )
 
 
-def status(case: Source, output: Output = None, as_json: Json = False) -> None:
+def status(case: Source, output: Output = None, unit: OfUnit = None, as_json: Json = False) -> None:
     """Say which stages are up to date, and why others are not.
 
     What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
@@ -121,7 +123,7 @@ def status(case: Source, output: Output = None, as_json: Json = False) -> None:
     from pipeline.runs import perform as commands
     from pipeline.runs import plan_text
 
-    steps = commands.status(commands.open_job(case, output))
+    steps = commands.status(commands.open_job(case, output, unit=unit))
     typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
 
 

@@ -14,7 +14,7 @@ from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
-from pipeline.store.solid_file import read_solid
+from pipeline.store.solid_file import Unit, read_solid
 from pipeline.store.tables import as_csv
 from stages import slices
 from stages.events import Message
@@ -124,7 +124,9 @@ def _shape(size: Floats, pixel: float) -> tuple[int, int]:
     return rows, columns
 
 
-def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], None]) -> Sliced:
+def sliced(
+    part: Path, thickness: float, direction: str, say: Callable[[str], None], unit: Unit | None = None
+) -> Sliced:
     """Read a part and cut it into layers.
 
     Args:
@@ -132,13 +134,14 @@ def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], No
         thickness: of a layer, mm.
         direction: from the platform to the part, ``x``, ``-x`` and so on.
         say: is told if vertices had to be merged that are not equal.
+        unit: of a file that does not say its own.
 
     Raises:
         Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
-            (ARTIFACT), or its triangles bound no solid (BAD_SOLID).
+            (ARTIFACT), its unit is doubtful, or its triangles bound no solid (BAD_SOLID).
     """
     settings = option_settings(slices.Settings, {"thickness": thickness, "direction": direction}, "--layer")
-    solid = read_solid(part)
+    solid = read_solid(part, unit)
     try:
         result = slices.run(
             solid.vertices,

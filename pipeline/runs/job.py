@@ -14,6 +14,7 @@ from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
 from pipeline.store.files import Files, part_of
+from pipeline.store.solid_file import Unit
 from stages.chain import GOAL, STAGES, Option, followers, path_to
 from stages.formats import FORMATS
 
@@ -31,6 +32,7 @@ class Job:
         given: header of the artifact the user named instead of a case, or of a solid that was adopted: its stage and
             those before are not run.
         changes: what the command line says instead of the case.
+        unit: of a solid whose file does not say its own, if the user said it.
     """
 
     argument: Path
@@ -40,6 +42,7 @@ class Job:
     files: Files
     given: Header | None = None
     changes: Mapping[Option, Any] = field(default_factory=dict)
+    unit: Unit | None = None
 
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage."""
@@ -98,6 +101,7 @@ def open_job(
     output: Path | None = None,
     changes: Mapping[Option, Any] | None = None,
     of_case: Path | None = None,
+    unit: Unit | None = None,
 ) -> Job:
     """The job that a command line describes.
 
@@ -107,6 +111,7 @@ def open_job(
             ``outputs`` in the working folder if there is one, else the working folder.
         changes: what the command line says instead of the case; None where it says nothing.
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
+        unit: of a solid whose file does not say its own.
 
     Raises:
         Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
@@ -114,10 +119,12 @@ def open_job(
     given: Header | None = None
     if of_case and not is_solid(argument):
         raise Fault(ExitCode.USAGE, f"--case {of_case}: goes with a solid, and {argument} is none; leave it out.")
+    if unit and not is_solid(argument):
+        raise Fault(ExitCode.USAGE, f"--unit {unit}: goes with a solid, and {argument} is none; leave it out.")
     if is_solid(argument):
-        argument = (None if of_case else exported(argument)) or argument
+        argument = (None if of_case or unit else exported(argument)) or argument
     if is_solid(argument):
-        given, own, text = adopted(argument, of_case)
+        given, own, text = adopted(argument, of_case, unit)
         default = argument.parent
     elif argument.suffix == ".h5":
         given = artifact.read_header(argument)
@@ -129,7 +136,7 @@ def open_job(
         default = default_folder()
     said = {option: value for option, value in (changes or {}).items() if value is not None}
     _refuse_impossible(output or default)
-    return make_job(argument, own, text, output or default, given, said)
+    return replace(make_job(argument, own, text, output or default, given, said), unit=unit)
 
 
 def make_job(
