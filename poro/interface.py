@@ -37,10 +37,11 @@ from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflation, read_inflation
 from pipeline.results.simulation import Curves, Simulation, read_simulation
 from pipeline.store import artifact, contents
-from pipeline.store.solid_file import SolidFile, Unit, read_solid
+from pipeline.store.solid_file import SolidFile, read_solid
 from pipeline.study.study import replaced
 from stages.events import Observer, silent
 from stages.section import Section
+from stages.words import Unit
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 from actuator.failure import UnreadableSolid
 from actuator.registry import Registry
-from stages import stl, threemf
 
 if TYPE_CHECKING:  # slow to load: only where a file is written or read
     import trimesh
@@ -68,11 +67,26 @@ def _read(name: str, data: bytes) -> trimesh.Trimesh:
 
 
 def _write_stl(surface: Surface, title: str) -> bytes:
-    return stl_header(title) + _write("stl", surface, title)[stl.HEADER :]
+    header = stl_header(title)
+    return header + _write("stl", surface, title)[len(header) :]
+
+
+def _read_stl(data: bytes) -> trimesh.Trimesh:
+    from stages import stl
+
+    return stl.read(data)
+
+
+def _read_3mf(data: bytes) -> trimesh.Trimesh:
+    from stages import threemf
+
+    return threemf.read(data)
 
 
 def stl_header(title: str) -> bytes:
     """The free text of a binary STL, which must not look like that of an ASCII one."""
+    from stages import stl
+
     return (OWN + title.encode("ascii", "replace"))[: stl.HEADER].ljust(stl.HEADER)
 
 
@@ -86,8 +100,8 @@ def _write_3mf(surface: Surface, title: str) -> bytes:
 
 
 FORMATS: Registry[Format] = Registry("format")
-FORMATS.register("stl", Format(".stl", _write_stl, stl.read))
-FORMATS.register("3mf", Format(".3mf", _write_3mf, threemf.read, has_unit=True))
+FORMATS.register("stl", Format(".stl", _write_stl, _read_stl))
+FORMATS.register("3mf", Format(".3mf", _write_3mf, _read_3mf, has_unit=True))
 
 
 def by_ending(ending: str) -> str | None:

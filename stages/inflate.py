@@ -119,12 +119,12 @@ def _glued(vertices: Floats, triangles: Ints, axis: Axis, observer: Observer) ->
     from actuator.body.plates import glued
 
     try:
-        found = check.sound(vertices, triangles)
+        sound = check.sound(vertices, triangles)
     except NotManifold as failure:
         raise NotInflatable(str(failure)) from None
-    if found.within:
-        observer(Message(f"vertices within {found.within:.1g} mm merged"))
-    surface = found.surface
+    if sound.within:
+        observer(Message(f"vertices within {sound.within:.1g} mm merged"))
+    surface = sound.surface
     try:
         return glued(surface.vertices, surface.triangles, axis)
     except Leaking:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.cli import completion
-from pipeline.store.solid_file import Unit
+from stages.words import Unit
 
 Source = Annotated[
     Path,

@@ -11,8 +11,8 @@ import typer
 
 from pipeline.cli.options import Force, Fresh, Json, OfCase, OfUnit, Output, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.store.solid_file import Unit
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
+from stages.words import Unit
 
 Command = Callable[..., None]
 

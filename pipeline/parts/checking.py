@@ -10,8 +10,9 @@ from actuator.failure import Failure
 from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
-from pipeline.store.solid_file import Unit, read_solid
+from pipeline.store.solid_file import read_solid
 from stages import check
+from stages.words import Unit
 
 
 @dataclass(frozen=True)

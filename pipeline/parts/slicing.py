@@ -14,10 +14,11 @@ from actuator.failure import Failure, GridTooLarge, NotManifold
 from pipeline.exit_codes import ExitCode, Fault, option_settings
 from pipeline.results.json_output import result_json
 from pipeline.store.atomic import write_bytes
-from pipeline.store.solid_file import Unit, read_solid
+from pipeline.store.solid_file import read_solid
 from pipeline.store.tables import as_csv
 from stages import slices
 from stages.events import Message
+from stages.words import Unit
 
 #: Most pixels of a mask; more is a slip in a unit.
 MOST_PIXELS = 50_000_000

@@ -12,9 +12,10 @@ from pipeline.runs.keys import plain
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
 from pipeline.store.files import record_of
-from pipeline.store.solid_file import Unit, format_of, read_bytes, read_solid
+from pipeline.store.solid_file import format_of, read_bytes, read_solid
 from stages.chain import PART, STAGES
 from stages.formats import by_ending
+from stages.words import Unit
 
 
 def is_solid(path: Path) -> bool:

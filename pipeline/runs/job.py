@@ -14,9 +14,9 @@ from pipeline.runs.keys import plain
 from pipeline.store import artifact
 from pipeline.store.artifact import Header
 from pipeline.store.files import Files, part_of
-from pipeline.store.solid_file import Unit
 from stages.chain import GOAL, STAGES, Option, followers, path_to
 from stages.formats import FORMATS
+from stages.words import Unit
 
 
 @dataclass(frozen=True)

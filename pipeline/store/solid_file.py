@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from numpy.typing import NDArray
 from actuator.failure import UnreadableSolid
 from pipeline.exit_codes import ExitCode, Fault
 from stages.formats import FORMATS, OWN, by_ending, decode
-
-Unit = Literal["um", "mm", "cm", "m", "inch", "ft"]
+from stages.words import Unit
 
 #: Millimetres of each.
 MILLIMETRES: dict[Unit, float] = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "ft": 304.8}
