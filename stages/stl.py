@@ -99,6 +99,7 @@ def _ascii(text: str) -> Floats:
                     f"The stl is cut short: the solid before line {line} does not end with 'endsolid'; export the part "
                     "again."
                 )
+            _refuse_stray(between, line - between.count("\n"))
             raise UnreadableSolid(f"Line {line} of the stl ends a solid that nothing began; export the part again.")
         if opened:
             found.append(_facets(between, line))

@@ -5,9 +5,9 @@ together of components, which are objects again. With the production extension i
 model of its own, in which their object stands (``p:path``).
 
 An extension that a file requires changes what it means; a reader that does not know it must refuse the file (3MF core
-specification, "requiredextensions"). lib3mf, the consortium's own library, knows beam lattices, slices and more, and
-reads them without a word when only the triangles are asked for; and it has no wheel for Linux on ARM. The tests compare
-with it.
+specification, "requiredextensions"). lib3mf 2.5, the consortium's own library, only warns of an unknown one, reads
+files that require beam lattices or slices without a word when just the triangles are asked for, does not find parts to
+which no relationship leads, and has no wheel for Linux on ARM. The tests compare with it.
 """
 
 from __future__ import annotations

@@ -154,9 +154,9 @@ def test_mask_takes_pixels_whose_middle_is_inside() -> None:
 
 def test_refusals() -> None:
     cube = surface_of(Manifold.cube([1.0, 1.0, 1.0]))
-    with pytest.raises(NotManifold, match="bound no solid"):
+    with pytest.raises(NotManifold, match="bounds no solid"):
         slices.run(cube.vertices, cube.triangles[1:], slices.Settings())
-    with pytest.raises(NotManifold, match="no positive volume"):
+    with pytest.raises(NotManifold, match="inside out"):
         slices.run(cube.vertices, cube.triangles[:, ::-1], slices.Settings())
     with pytest.raises(EmptySolid, match="no triangles"):
         slices.run(cube.vertices, cube.triangles[:0], slices.Settings())
@@ -300,7 +300,7 @@ def test_files_that_are_no_solid_give_one_sentence(part: Path, tmp_path: Path, p
 
 def test_absurd_number_of_layers_is_refused_with_it(tmp_path: Path, poro: Poro) -> None:
     trimesh.creation.box((1.0, 1.0, 1.0e4)).export(tmp_path / "tower.stl")
-    ended = poro("slice", tmp_path / "tower.stl", "--layer", 0.001)
+    ended = poro("slice", tmp_path / "tower.stl", "--layer", 0.001, "--unit", "mm")
     assert ended.code == ExitCode.USAGE
     assert ended.err.startswith("poro: --layer 0.001: ")
     assert "1e+07 layers" in ended.err
