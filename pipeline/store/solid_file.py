@@ -16,9 +16,9 @@ from stages.words import Unit
 
 #: Millimetres of each.
 MILLIMETRES: dict[Unit, float] = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "ft": 304.8}
-#: Longest sides, mm, between which nobody asks whether a part is in mm; chosen: an actuator shorter than 5 mm or longer
-#: than 1 m is less likely than one of up to 5 inches, or in metres or micrometres.
-PLAUSIBLE = 5.0, 1000.0
+#: Longest sides, mm, between which nobody is asked whether a part is in mm, and those that are likely in another unit;
+#: chosen: an actuator shorter than 3 mm is less likely than one of 3 inches, one longer than 10 m than one of 10000 um.
+PLAUSIBLE, LIKELY = (3.0, 10_000.0), (5.0, 1000.0)
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,9 @@ def _ask(part: Path, size: float) -> None:
     Raises:
         Fault: with what it would be in other units (BAD_SOLID).
     """
-    least, most = PLAUSIBLE
-    if not np.isfinite(size) or least <= size <= most:
+    if not np.isfinite(size) or PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
         return
+    least, most = LIKELY
     likely = [f"{unit} ({size * mm:.3g} mm)" for unit, mm in MILLIMETRES.items() if least <= size * mm <= most]
     guess = f" Is it in {' or '.join(likely)}?" if likely else ""
     raise Fault(

@@ -300,7 +300,7 @@ def test_files_that_are_no_solid_give_one_sentence(part: Path, tmp_path: Path, p
 
 def test_absurd_number_of_layers_is_refused_with_it(tmp_path: Path, poro: Poro) -> None:
     trimesh.creation.box((1.0, 1.0, 1.0e4)).export(tmp_path / "tower.stl")
-    ended = poro("slice", tmp_path / "tower.stl", "--layer", 0.001, "--unit", "mm")
+    ended = poro("slice", tmp_path / "tower.stl", "--layer", 0.001)
     assert ended.code == ExitCode.USAGE
     assert ended.err.startswith("poro: --layer 0.001: ")
     assert "1e+07 layers" in ended.err
