@@ -43,6 +43,7 @@ from pipeline.store import artifact, contents
 from pipeline.store.solid_file import SolidFile, read_solid
 from stages.events import Observer, silent
 from stages.section import Section
+from stages.words import Unit
 
 if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
@@ -282,7 +283,7 @@ def slice(part: PathName | Solid, *, observer: Observer = silent, **options: Any
 
     Args:
         part: as for :func:`check`.
-        observer: is told if the part had to be repaired.
+        observer: is told if vertices had to be merged that are not equal.
         options: fields of :class:`stages.slices.Settings`: ``thickness``, mm, and ``direction``.
     """
     solid = _solid(part)
@@ -333,7 +334,9 @@ def compare(
 # ------------------------------------------------------------------------------------------------ artifacts
 
 
-def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation | Inflation:
+def load(
+    path: PathName, unit: Unit | None = None
+) -> OptimisedDesign | stages.refine.Result | Surface | SolidFile | Simulation | Inflation:
     """What a finished artifact or an exported part holds.
 
     Returns:
@@ -341,12 +344,16 @@ def load(path: PathName) -> OptimisedDesign | stages.refine.Result | Surface | S
         ``NAME.simulation.h5`` the curves, of ``NAME.inflation.h5`` the curve of the part, and of an ``.stl`` or
         ``.3mf`` its triangles.
 
+    Args:
+        path: the file.
+        unit: of a solid whose file does not say its own, as no STL of another program does.
+
     Raises:
-        Fault: if the file is missing, unreadable, or none of these.
+        Fault: if the file is missing, unreadable, or none of these, or the unit of a solid is doubtful.
     """
     path = Path(path)
     if path.suffix.lower() != ".h5":
-        return read_solid(path)
+        return read_solid(path, unit)
     stage = artifact.read_header(path).stage
     if stage not in _LOADERS:
         known = ", ".join(_LOADERS)

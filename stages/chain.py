@@ -167,6 +167,9 @@ UPDATES = Option(
 THREADS = Option("--threads", int, "compute", "threads", "Threads; 0 for one per core.")
 SCALE = Option("--scale", float, "export", "scale", "Size of the part over size of the domain.", renames=True)
 FORMAT = Option("--format", str, "export", "format", "File format.", choices=FORMATS)
+MOST_REMOVED = Option(
+    "--most-removed", float, "export", "most_removed", "Share of the volume that may be removed as islands."
+)
 SIZE = Option("--size", str, "inflate", "size", "Largest edge of the tetrahedra, in the lengths of the domain, mm.")
 PART_SCALE = Option(
     "--scale", float, "inflate", "part_scale", "Size of the part over size of the domain. Default: by their lengths."
@@ -230,7 +233,7 @@ for _row in (
         suffix=".h5",
         sections=("export",),
         after="mirror",
-        options=(SCALE, FORMAT, youngs("also writes the rig's sheet")),
+        options=(SCALE, FORMAT, MOST_REMOVED, youngs("also writes the rig's sheet")),
         makes_part=True,
         beside=(Beside("part-figure", ".png", of_result=True, on_top=True), RIG),
     ),

@@ -25,7 +25,7 @@ from stages.task import Task
 if TYPE_CHECKING:
     from actuator.geometry.bodies import Shell
 
-VERSION = 3
+VERSION = 4
 
 Islands = Literal["remove", "refuse"]
 
@@ -56,6 +56,9 @@ class Settings(Section):
         "stl", description="file format: binary stl in mm, or 3mf", json_schema_extra=_listed_formats
     )
     islands: Islands = Field("remove", description="bodies that float beside the largest: remove or refuse")
+    most_removed: float = Field(
+        0.05, ge=0, le=1, description="share of the volume that islands may have and still be removed; chosen [-]"
+    )
     decimation: float = Field(0.0, ge=0, description="how far fewer triangles may lie off; 0 keeps all [mm]")
 
 
@@ -101,7 +104,8 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         actuator.failure.InvalidField: if a coordinate is not finite.
         actuator.failure.EmptySolid: if there is no triangle.
         actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
-        actuator.failure.LooseBodies: if there are floating islands and they are to be refused.
+        actuator.failure.LooseBodies: if there are floating islands and they are to be refused, or are
+            more of the volume than may be removed.
     """
     # manifold3d: only where it runs
     from actuator.geometry.decimation import decimated
@@ -118,6 +122,13 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
             raise LooseBodies(
                 f"{len(islands)} bodies float beside the part: {listed}; set export.islands to 'remove', or change the "
                 "design."
+            )
+        share = 1.0 - float(component_volumes(surface).sum() / component_volumes(proof.surface).sum())
+        if share > settings.most_removed:
+            raise LooseBodies(
+                f"{len(islands)} bodies float beside the part and are {100.0 * share:.3g} % of the volume, and at most "
+                f"{100.0 * settings.most_removed:.3g} % may be removed: {listed}; connect them in the design "
+                "(mirror.threshold, refine.filter_radius), or allow more by export.most_removed (--most-removed)."
             )
         observer(Message(f"{len(islands)} floating islands removed: {listed}"))
     whole, off = surface, 0.0
@@ -218,5 +229,5 @@ def lines(part: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
     if part["islands"]:
         volumes = [island["volume"] for island in part["islands"]]
-        lines.append(("loose bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
+        lines.append(("bodies removed", f"{len(volumes)}, together {sum(volumes):.2f} mm^3"))
     return lines

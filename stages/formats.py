@@ -23,8 +23,9 @@ if TYPE_CHECKING:  # slow to load: only where a file is written or read
 
     from actuator.geometry.zero_set import Surface
 
-#: Bytes of free text that a binary STL begins with.
-HEADER = 80
+
+#: How the STL of this program begins, by which is known that it is in mm.
+OWN = b"poro: "
 
 
 @dataclass(frozen=True)
@@ -35,11 +36,13 @@ class Format:
         ending: of its files, with the dot, in lower case.
         write: bytes of a file, given a surface in mm and a title of one line.
         read: triangles in the bytes of a file, in mm, as they stand there; may raise whatever it meets.
+        has_unit: whether a file says in which unit it is.
     """
 
     ending: str
     write: Callable[[Surface, str], bytes]
     read: Callable[[bytes], trimesh.Trimesh]
+    has_unit: bool = False
 
 
 def by_trimesh(name: str) -> Format:
@@ -64,12 +67,27 @@ def _read(name: str, data: bytes) -> trimesh.Trimesh:
 
 
 def _write_stl(surface: Surface, title: str) -> bytes:
-    return stl_header(title) + _write("stl", surface, title)[HEADER:]
+    header = stl_header(title)
+    return header + _write("stl", surface, title)[len(header) :]
+
+
+def _read_stl(data: bytes) -> trimesh.Trimesh:
+    from stages import stl
+
+    return stl.read(data)
+
+
+def _read_3mf(data: bytes) -> trimesh.Trimesh:
+    from stages import threemf
+
+    return threemf.read(data)
 
 
 def stl_header(title: str) -> bytes:
     """The free text of a binary STL, which must not look like that of an ASCII one."""
-    return f"poro: {title}".encode("ascii", "replace")[:HEADER].ljust(HEADER)
+    from stages import stl
+
+    return (OWN + title.encode("ascii", "replace"))[: stl.HEADER].ljust(stl.HEADER)
 
 
 def _write_3mf(surface: Surface, title: str) -> bytes:
@@ -82,8 +100,8 @@ def _write_3mf(surface: Surface, title: str) -> bytes:
 
 
 FORMATS: Registry[Format] = Registry("format")
-FORMATS.register("stl", Format(".stl", _write_stl, partial(_read, "stl")))
-FORMATS.register("3mf", Format(".3mf", _write_3mf, partial(_read, "3mf")))
+FORMATS.register("stl", Format(".stl", _write_stl, _read_stl))
+FORMATS.register("3mf", Format(".3mf", _write_3mf, _read_3mf, has_unit=True))
 
 
 def by_ending(ending: str) -> str | None:
@@ -99,5 +117,7 @@ def decode(data: bytes, name: str) -> trimesh.Trimesh:
     """
     try:
         return FORMATS[name].read(data)
+    except UnreadableSolid:
+        raise
     except Exception as error:  # parsers raise whatever they meet
         raise UnreadableSolid(f"The bytes are no readable {name} file ({error}); export the part again.") from error

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import InvalidSettings, Leaking, NotInflatable, SolveFailure
+from actuator.failure import InvalidSettings, Leaking, NotInflatable, NotManifold, SolveFailure
 from actuator.geometry.printing.directions import Axis
 from stages import check
 from stages.events import LoadStep, Message, Observer, silent
@@ -89,7 +89,7 @@ def run(
 
     compute = compute or Compute()
     use_threads(compute.threads)
-    solid = _glued(vertices, triangles, settings.axis)
+    solid = _glued(vertices, triangles, settings.axis, observer)
     scale = settings.part_scale or solid.length / problem.domain.length
     solid = _in_case_units(solid, scale)
     problem = _with_pressure(problem, settings, youngs_modulus)
@@ -108,15 +108,21 @@ def run(
     return course.result(optimised if settings.pressure is None else None)
 
 
-def _glued(vertices: Floats, triangles: Ints, axis: Axis) -> Glued:
+def _glued(vertices: Floats, triangles: Ints, axis: Axis, observer: Observer) -> Glued:
     """The solid between plates; one that leaks is refused with the place where the air gets out."""
     from actuator.body.plates import glued
-    from actuator.geometry.solid import rounded
 
     try:
-        return glued(vertices, triangles, axis)
+        sound = check.sound(vertices, triangles)
+    except NotManifold as failure:
+        raise NotInflatable(str(failure)) from None
+    if sound.within:
+        observer(Message(f"vertices within {sound.within:.1g} mm merged"))
+    surface = sound.surface
+    try:
+        return glued(surface.vertices, surface.triangles, axis)
     except Leaking:
-        air = check.air_chamber(rounded(vertices, triangles), check.Settings(axis=axis))
+        air = check.air_chamber(surface, check.Settings(axis=axis))
         if air.verdict == "pass":
             raise
         found = air.text[0].lower() + air.text[1:].removesuffix(".")

@@ -11,6 +11,7 @@ from pydantic import Field
 from actuator.arrays import Floats, Ints
 from actuator.failure import GridTooLarge
 from actuator.geometry.printing.directions import Direction
+from stages.check import sound
 from stages.events import Message, Observer, silent
 from stages.settings import Section
 
@@ -42,6 +43,7 @@ class Result:
         jump: index of the first of these two layers.
         layered_volume: sum of area times thickness, mm³.
         volume: inside the triangles, mm³.
+        within: distance within which vertices were merged, mm; 0 if only equal ones had to be.
     """
 
     part: Standing
@@ -52,6 +54,7 @@ class Result:
     jump: int
     layered_volume: float
     volume: float
+    within: float
 
 
 def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observer = silent) -> Result:
@@ -61,7 +64,7 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         vertices: (n, 3), mm; equal ones need not be merged.
         triangles: (m, 3), counter-clockwise seen from outside.
         settings: thickness and direction.
-        observer: receives a message about repairs, if any.
+        observer: receives a message if vertices had to be merged that are not equal.
 
     Returns:
         All layers; none if the part is not as high as half a layer.
@@ -70,16 +73,15 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         actuator.failure.InvalidField: if a coordinate is not finite.
         actuator.failure.EmptySolid: if there is no triangle.
         actuator.failure.GridTooLarge: if there would be more than :data:`MOST_LAYERS`.
-        actuator.failure.NotManifold: if the triangles bound no solid and cannot be repaired.
+        actuator.failure.NotManifold: if the triangles bound no solid, as :func:`stages.check.sound` has it.
     """
     # manifold3d: only where it runs
     from actuator.geometry.printing.layers import middles, standing
-    from actuator.geometry.solid import prove_solid
 
-    proof = prove_solid(vertices, triangles)
-    if proof.repair_tolerance:
-        observer(Message(f"repaired within {proof.repair_tolerance:.2g} mm ({proof.status})"))
-    part = standing(proof.surface, settings.direction)
+    found = sound(vertices, triangles)
+    if found.within:
+        observer(Message(f"vertices within {found.within:.1g} mm merged"))
+    part = standing(found.surface, settings.direction)
     if part.height / settings.thickness > MOST_LAYERS:
         raise GridTooLarge(
             f"The part is {part.height:.6g} mm high and would have {part.height / settings.thickness:.3g} layers, more "
@@ -99,4 +101,5 @@ def run(vertices: Floats, triangles: Ints, settings: Settings, observer: Observe
         int(jumps.argmax()) if len(jumps) else 0,
         float(settings.thickness * areas.sum()),
         part.solid.volume(),
+        found.within,
     )

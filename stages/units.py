@@ -130,4 +130,4 @@ def _same(given: pint.Unit, unit: str) -> bool:
 def _registry() -> Any:
     import pint  # half a second: only where a unit is written
 
-    return pint.UnitRegistry()
+    return pint.get_application_registry()

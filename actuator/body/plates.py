@@ -73,8 +73,7 @@ def glued(vertices: Floats, triangles: Ints, axis: Axis = "x") -> Glued:
 
 
 def _check_body(surface: Surface) -> None:
-    found = flaws(surface)
-    if found.open or found.crowded or found.turned or found.pinched:
+    if flaws(surface).any:
         raise NotInflatable("The triangles bound no solid: `poro check` says where; repair the file.")
     bodies = [shell for shell in shells(surface) if shell.volume > 0.0]
     if len(bodies) != 1:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +31,20 @@ class Shell:
         """Middle of the bounding box, mm."""
         x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
         return x, y, z
+
+    @property
+    def turned(self) -> Shell:
+        """The same shell facing the other way."""
+        return replace(
+            self, volume=-self.volume, surface=Surface(self.surface.vertices, self.surface.triangles[:, ::-1])
+        )
+
+
+def joined(parts: Sequence[Shell]) -> Surface:
+    """One surface of several shells."""
+    offsets = np.cumsum([0, *(len(part.surface.vertices) for part in parts)])
+    triangles = [part.surface.triangles + offset for part, offset in zip(parts, offsets[:-1], strict=True)]
+    return Surface(np.concatenate([part.surface.vertices for part in parts]), np.concatenate(triangles))
 
 
 def shells(surface: Surface) -> list[Shell]:

@@ -28,6 +28,11 @@ class Flaws:
     pinched: bool
     first: tuple[float, float, float] | None
 
+    @property
+    def any(self) -> bool:
+        """Whether there is one."""
+        return bool(self.open or self.crowded or self.turned or self.pinched)
+
 
 def flaws(surface: Surface) -> Flaws:
     """Look at every edge of a surface whose equal vertices are merged."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.geometry.bodies import Shell, shells
+from actuator.geometry.bodies import Shell, joined, shells
 from actuator.geometry.zero_set import Surface
 
 #: Triangles looked at together when the winding number of many points is summed; bounds the memory.
@@ -26,10 +26,8 @@ def without_islands(surface: Surface) -> tuple[Surface, list[Shell]]:
     corners = largest.surface.vertices[largest.surface.triangles]
     places = np.array([cavity.surface.vertices[0] for cavity in cavities]).reshape(-1, 3)
     inside = winding_number(corners, places) > 0.5
-    kept = [largest.surface, *(cavity.surface for cavity, own in zip(cavities, inside, strict=True) if own)]
-    offsets = np.cumsum([0, *(len(part.vertices) for part in kept)])
-    triangles = [part.triangles + offset for part, offset in zip(kept, offsets[:-1], strict=True)]
-    return Surface(np.concatenate([part.vertices for part in kept]), np.concatenate(triangles)), islands
+    kept = [largest, *(cavity for cavity, own in zip(cavities, inside, strict=True) if own)]
+    return joined(kept), islands
 
 
 def winding_number(corners: Floats, points: Floats) -> Floats:

@@ -14,6 +14,7 @@ from pipeline import terminal
 from pipeline.cli import completion
 from pipeline.store.files import located
 from pipeline.terminal import ColourChoice, Loudness
+from stages.words import Unit
 
 Source = Annotated[
     Path,
@@ -44,6 +45,10 @@ OfCase = Annotated[
 ]
 Part = Annotated[
     Path, typer.Argument(metavar="PART", help="Solid to print (.stl, .3mf), from any program.", callback=located)
+]
+OfUnit = Annotated[
+    Unit | None,
+    typer.Option("--unit", help="Unit of a solid whose file does not say it, as no STL does. Default: mm."),
 ]
 Output = Annotated[
     Path | None,

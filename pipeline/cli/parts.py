@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from actuator.geometry.printing.directions import Axis, Direction
-from pipeline.cli.options import FigureFormat, Json, Part
+from pipeline.cli.options import FigureFormat, Json, OfUnit, Part
 from pipeline.terminal import note, show, told
 
 
@@ -30,6 +30,7 @@ def check(
         float | None, typer.Option("--density", help="Density of the cured resin, g/cm³. Default: 1.1.")
     ] = None,
     pitch: Annotated[float | None, typer.Option("--pitch", help="Pitch of the voxels, mm. Default: 0.2.")] = None,
+    unit: OfUnit = None,
     save: Annotated[bool, typer.Option(help="Store the report as PART.check.json in details/.")] = True,
     as_json: Json = False,
 ) -> None:
@@ -37,7 +38,7 @@ def check(
     from pipeline.parts.checking import examine
 
     options = {"direction": direction, "on_platform": flat, "axis": axis, "wall": wall, "gap": gap, "angle": angle}
-    report = examine(part, options | {"drain": drain, "density": density, "pitch": pitch})
+    report = examine(part, options | {"drain": drain, "density": density, "pitch": pitch}, unit)
     files = [report.path] if save else []
     show(report.as_json(stored=save) if as_json else told(report.as_text(), files))
     if save:
@@ -59,12 +60,13 @@ def slice_part(
         FigureFormat | None, typer.Option("--format", help="Default: svg for slices, png for the plot of all layers.")
     ] = None,
     pixel: Annotated[float, typer.Option("--pixel", help="Side of a pixel of a slice as PNG, mm.")] = 0.05,
+    unit: OfUnit = None,
     as_json: Json = False,
 ) -> None:
     """Show the layers of a solid as a printer will see them: area against height, or single slices."""
     from pipeline.parts import slicing
 
-    sliced = slicing.sliced(part, layer, direction, note)
+    sliced = slicing.sliced(part, layer, direction, note, unit)
     if numbers or heights:
         slices = sliced.draw(numbers or [], heights or [], format or "svg", pixel)
         show(

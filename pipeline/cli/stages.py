@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from pipeline.cli.groups import STAGES as STAGE_GROUP
-from pipeline.cli.options import DryRun, Force, Fresh, Json, OfCase, Output, Settings, Source, SourceOrSolid
+from pipeline.cli.options import DryRun, Force, Fresh, Json, OfCase, OfUnit, Output, Settings, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.terminal import note, show
 from stages.chain import GOAL, PART, STAGES, Option, Stage, path_to
+from stages.words import Unit
 
 if TYPE_CHECKING:
     from pipeline.runs.job import Job
@@ -42,20 +43,21 @@ def stage_command(row: Stage) -> Command:
         settings: list[str] | None,
         fresh: bool = False,
         of_case: Path | None = None,
+        unit: Unit | None = None,
         **options: Any,
     ) -> None:
         from pipeline.runs import perform as commands
 
         if row.takes_part:
             commands.refuse_other(case)
-        job = commands.open_job(case, output, _changes(row.options, options), of_case, settings or ())
+        job = commands.open_job(case, output, _changes(row.options, options), of_case, settings or (), unit)
         steps = commands.plan(job, last=row.name, forced=row.name if force else None)
         if dry_run:
             _show_plan(job, steps, row.name, as_json=as_json, reasons=False)
             return
         _tell(*commands.perform(job, steps, command=row.name, fresh=fresh, as_json=as_json))
 
-    part = [_parameter("of_case", OfCase, None)] if row.takes_part else []
+    part = [_parameter("of_case", OfCase, None), _parameter("unit", OfUnit, None)] if row.takes_part else []
     fresh = [_parameter("fresh", Fresh, False)] if row.extent else []
     return _with_parameters(
         command,
@@ -126,7 +128,9 @@ def run_command() -> Command:
     )
 
 
-def status(case: Source, settings: Settings = None, output: Output = None, as_json: Json = False) -> None:
+def status(
+    case: Source, settings: Settings = None, output: Output = None, unit: OfUnit = None, as_json: Json = False
+) -> None:
     """Say which stages are up to date, and why others are not.
 
     What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
@@ -134,7 +138,7 @@ def status(case: Source, settings: Settings = None, output: Output = None, as_js
     """
     from pipeline.runs import perform as commands
 
-    job = commands.open_job(case, output, settings=settings or ())
+    job = commands.open_job(case, output, settings=settings or (), unit=unit)
     _show_plan(job, commands.status(job), "status", as_json=as_json, reasons=True)
 
 

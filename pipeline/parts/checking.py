@@ -14,6 +14,7 @@ from pipeline.store.files import detail_of, make_folder
 from pipeline.store.solid_file import read_solid
 from pipeline.terminal import Verdict, painted
 from stages import check
+from stages.words import Unit
 
 #: What is neither good nor bad has none.
 _COLOUR: dict[str, Verdict] = {"pass": "pass", "warn": "warn", "fail": "fail"}
@@ -26,12 +27,14 @@ class CheckReport:
     Attributes:
         part: the file as the user named it.
         sha256: of its bytes, so that a report of an older file is recognised.
+        unit: of the file, if the user said it.
         settings: of the checks.
         result: of the checks.
     """
 
     part: Path
     sha256: str
+    unit: Unit | None
     settings: check.Settings
     result: check.Result
 
@@ -55,6 +58,7 @@ class CheckReport:
         found = {
             "part": str(self.part),
             "sha256": self.sha256,
+            "unit": self.unit,
             "passed": self.result.passed,
             "summary": self.result.summary,
             "triangles": self.result.triangles,
@@ -83,21 +87,22 @@ class CheckReport:
             raise Fault(ExitCode.BAD_SOLID, f"{self.part} fails: {', '.join(self.result.failed)}.")
 
 
-def examine(part: Path, options: dict[str, Any]) -> CheckReport:
+def examine(part: Path, options: dict[str, Any], unit: Unit | None = None) -> CheckReport:
     """Read a file and make all checks.
 
     Args:
         part: STL or 3MF; its ending says which.
         options: values of :class:`stages.check.Settings` by name; those that are None keep their default.
+        unit: of a file that does not say its own.
 
     Raises:
-        Fault: if an option is out of range or the ending unknown (USAGE), or the file is missing or unreadable
-            (ARTIFACT).
+        Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
+            (ARTIFACT), or its unit is doubtful (BAD_SOLID).
     """
     settings = option_settings(check.Settings, options)
-    solid = read_solid(part)
+    solid = read_solid(part, unit)
     try:
         result = check.run(solid.vertices, solid.triangles, settings)
     except Failure as failure:
         raise Fault(ExitCode.ARTIFACT, f"{part}: {failure}") from None
-    return CheckReport(part, solid.sha256, settings, result)
+    return CheckReport(part, solid.sha256, unit, settings, result)

@@ -19,6 +19,7 @@ from pipeline.store.solid_file import read_solid
 from pipeline.store.tables import as_csv
 from stages import slices
 from stages.events import Message
+from stages.words import Unit
 
 #: Most pixels of a mask; more is a slip in a unit.
 MOST_PIXELS = 50_000_000
@@ -70,6 +71,7 @@ class Sliced:
             "most_outlines": int(result.outlines.max()),
             "volume_by_layers_mm3": result.layered_volume,
             "volume_mm3": result.volume,
+            "merged_within_mm": result.within,
             "files": [str(table), str(plot)],
         }
 
@@ -126,21 +128,24 @@ def _shape(size: Floats, pixel: float) -> tuple[int, int]:
     return rows, columns
 
 
-def sliced(part: Path, thickness: float, direction: str, say: Callable[[str], None]) -> Sliced:
+def sliced(
+    part: Path, thickness: float, direction: str, say: Callable[[str], None], unit: Unit | None = None
+) -> Sliced:
     """Read a part and cut it into layers.
 
     Args:
         part: STL or 3MF; its ending says which.
         thickness: of a layer, mm.
         direction: from the platform to the part, ``x``, ``-x`` and so on.
-        say: is told if the part had to be repaired.
+        say: is told if vertices had to be merged that are not equal.
+        unit: of a file that does not say its own.
 
     Raises:
         Fault: if an option is out of range or the ending unknown (USAGE), the file is missing or unreadable
-            (ARTIFACT), or its triangles bound no solid (BAD_SOLID).
+            (ARTIFACT), its unit is doubtful, or its triangles bound no solid (BAD_SOLID).
     """
     settings = option_settings(slices.Settings, {"thickness": thickness, "direction": direction}, "--layer")
-    solid = read_solid(part)
+    solid = read_solid(part, unit)
     try:
         result = slices.run(
             solid.vertices,

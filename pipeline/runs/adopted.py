@@ -15,6 +15,7 @@ from pipeline.store.files import record_of
 from pipeline.store.solid_file import format_of, read_bytes, read_solid
 from stages.chain import PART, STAGES
 from stages.formats import by_ending
+from stages.words import Unit
 
 
 def is_solid(path: Path) -> bool:
@@ -45,26 +46,30 @@ def exported(solid: Path) -> Path | None:
         return None
 
 
-def adopted(solid: Path, case: Path | None) -> tuple[Header, Case, str]:
+def adopted(solid: Path, case: Path | None, unit: Unit | None = None) -> tuple[Header, Case, str]:
     """A solid that poro did not export, as if the stage had made it that makes parts.
 
     Args:
         solid: the file.
         case: whose material, load, arm and spring it is to be inflated with. By default that of the record beside it,
             of which it is then a changed part, and else the default case.
+        unit: of a file that does not say its own.
 
     Returns:
-        A header whose keys are the file's own sha256, the case under the name of the solid, and its text.
+        A header whose keys are the file's own sha256, and its unit if that is not mm, the case under the name of the
+        solid, and its text.
 
     Raises:
-        Fault: if the case is not usable (USAGE), or the solid cannot be read (ARTIFACT).
+        Fault: if the case is not usable (USAGE), the solid cannot be read (ARTIFACT), or its unit is doubtful
+            (BAD_SOLID).
     """
-    digest = read_solid(solid).sha256
+    digest = read_solid(solid, unit).sha256
+    key = hashlib.sha256(f"{digest} {unit}".encode()).hexdigest() if unit not in (None, "mm") else digest
     own, text = _case_of(solid, case)
     # Names of cases are made of fewer letters than names of files.
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", solid.stem).lstrip("._-")[:100] or PART
     own = own.model_copy(update={"name": name})
-    return Header(PART, STAGES[PART].load().VERSION, digest, digest, (), "", text, plain(own)), own, text
+    return Header(PART, STAGES[PART].load().VERSION, key, digest, (), "", text, plain(own)), own, text
 
 
 def _case_of(solid: Path, case: Path | None) -> tuple[Case, str]:

@@ -152,7 +152,7 @@ class Execution:
 
     def _part(self) -> tuple[Floats, Ints]:
         """The part that was made or given."""
-        solid = read_solid(self.job.part)
+        solid = read_solid(self.job.part, self.job.unit)
         return solid.vertices, solid.triangles
 
     def _optimised(self, part: str) -> Summary | None:

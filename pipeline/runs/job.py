@@ -18,6 +18,7 @@ from pipeline.store.artifact import Header
 from pipeline.store.files import OUTPUTS, Files, folder_of, part_of
 from stages.chain import GOAL, STAGES, Option, followers, path_to, renaming
 from stages.formats import FORMATS
+from stages.words import Unit
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Job:
         given: header of the artifact the user named instead of a case, or of a solid that was adopted: its stage and
             those before are not run.
         changes: what the command line says instead of the case, by dotted key.
+        unit: of a solid whose file does not say its own, if the user said it.
     """
 
     argument: Path
@@ -42,6 +44,7 @@ class Job:
     files: Files
     given: Header | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
+    unit: Unit | None = None
 
     def artifact(self, stage: str) -> Path:
         """The artifact of a stage."""
@@ -97,6 +100,7 @@ def open_job(
     changes: Mapping[Option, Any] | None = None,
     of_case: Path | None = None,
     settings: Iterable[str] = (),
+    unit: Unit | None = None,
 ) -> Job:
     """The job that a command line describes.
 
@@ -107,6 +111,7 @@ def open_job(
         changes: what the command line says instead of the case; None where it says nothing.
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
         settings: what else it says instead of the case, ``key=value`` each.
+        unit: of a solid whose file does not say its own.
 
     Raises:
         Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
@@ -114,10 +119,12 @@ def open_job(
     given: Header | None = None
     if of_case and not is_solid(argument):
         raise Fault(ExitCode.USAGE, f"--case {of_case}: goes with a solid, and {argument} is none; leave it out.")
+    if unit and not is_solid(argument):
+        raise Fault(ExitCode.USAGE, f"--unit {unit}: goes with a solid, and {argument} is none; leave it out.")
     if is_solid(argument):
-        argument = (None if of_case else exported(argument)) or argument
+        argument = (None if of_case or unit else exported(argument)) or argument
     if is_solid(argument):
-        given, own, text = adopted(argument, of_case)
+        given, own, text = adopted(argument, of_case, unit)
         here: Path | None = folder_of(argument)
     elif argument.suffix == ".h5":
         given = artifact.read_header(argument)
@@ -132,7 +139,7 @@ def open_job(
     elsewhere = (output or default_folder()) / str(changed.get("name", own.name))
     folder = elsewhere if output or here is None else here
     _refuse_impossible(folder)
-    return make_job(argument, own, text, folder, given, changed, flags)
+    return replace(make_job(argument, own, text, folder, given, changed, flags), unit=unit)
 
 
 def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

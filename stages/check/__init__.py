@@ -2,5 +2,6 @@
 
 from stages.check.checks import Result, air_chamber, run
 from stages.check.settings import Settings
+from stages.check.soundness import sound
 
-__all__ = ["Result", "Settings", "air_chamber", "run"]
+__all__ = ["Result", "Settings", "air_chamber", "run", "sound"]

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import EmptySolid, GridTooLarge, InvalidField
+from actuator.failure import GridTooLarge
 from stages.check import findings
 from stages.check.findings import Check, Finding
 from stages.check.settings import Settings
+from stages.check.soundness import examined
 
 if TYPE_CHECKING:
     from actuator.geometry.bodies import Shell
@@ -64,24 +65,15 @@ def run(vertices: Floats, triangles: Ints, settings: Settings) -> Result:
         actuator.failure.InvalidField: if a coordinate is not finite.
         actuator.failure.EmptySolid: if there is no triangle with an area.
     """
-    from actuator.geometry.bodies import shells  # scipy and manifold3d: only where it runs
-    from actuator.geometry.flaws import flaws
-    from actuator.geometry.solid import rounded
-
-    if not np.isfinite(vertices).all():
-        raise InvalidField("The part has coordinates that are not finite; export it again.")
-    surface = rounded(vertices, triangles)
-    if not len(surface.triangles):
-        raise EmptySolid("The part has no triangle with an area; export it again.")
-    parts = shells(surface)
-    closed = findings.closed_surface(flaws(surface), len(surface.triangles), sum(shell.volume for shell in parts))
-    if closed.verdict == "pass":
-        others = _of_the_solid(surface, parts, settings)
+    found = examined(vertices, triangles)
+    surface = found.surface
+    if found.crossings:
+        others = [found.crossings, *_of_the_solid(surface, found.shells, settings)]
     else:
         reason = "The triangles bound no solid."
         others = [findings.not_applicable(check, reason) for check in Check if check is not Check.CLOSED]
     x, y, z = np.ptp(surface.vertices, axis=0).tolist()
-    return Result((closed, *others), len(surface.triangles), (x, y, z))
+    return Result((found.closed, *others), len(surface.triangles), (x, y, z))
 
 
 def _of_the_solid(surface: Surface, parts: list[Shell], settings: Settings) -> list[Finding]:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from actuator.geometry.bodies import Shell
+    from actuator.geometry.crossings import Crossings
     from actuator.geometry.flaws import Flaws
     from actuator.geometry.printing.chamber import Leak, Sealing
     from actuator.geometry.printing.cups import Cup
     from actuator.geometry.printing.drains import Pocket
     from actuator.geometry.printing.overhangs import Overhangs
     from actuator.geometry.printing.thickness import Thickness
+    from actuator.geometry.zero_set import Surface
     from stages.check.settings import Settings
 
 Verdict = Literal["pass", "warn", "fail", "not applicable"]
@@ -24,6 +26,7 @@ class Check(StrEnum):
     """The checks, in the order in which they are listed."""
 
     CLOSED = "closed surface"
+    CROSSINGS = "crossings"
     BODIES = "one body"
     CAVITIES = "closed cavities"
     CUPS = "cups"
@@ -65,9 +68,10 @@ def not_applicable(name: Check, reason: str) -> Finding:
     return Finding(name, "not applicable", reason)
 
 
-def closed_surface(flaws: Flaws, triangles: int, volume: float) -> Finding:
-    """Whether the triangles bound a solid."""
-    measured = asdict(flaws) | {"triangles": triangles}
+def closed_surface(flaws: Flaws, surface: Surface, within: float, inverted: Sequence[Shell] = ()) -> Finding:
+    """Whether the triangles bound a solid, once vertices within a distance, mm, of each other are merged."""
+    triangles = len(surface.triangles)
+    measured = asdict(flaws) | {"triangles": triangles, "merged_within": within, "inverted": _shells(inverted)}
     counts = (
         (flaws.open, "open edges"),
         (flaws.crowded, "edges of more than two triangles"),
@@ -78,19 +82,34 @@ def closed_surface(flaws: Flaws, triangles: int, volume: float) -> Finding:
         text = f"The surface bounds no solid: {', '.join(wrong)}; the first is at {_at(flaws.first)}."
     elif flaws.pinched:
         text = "The surface bounds no solid: it touches itself at a vertex."
-    elif volume <= 0.0:
-        text = "The surface is inside out: its triangles face inwards."
+    elif inverted:
+        listed = _listed(inverted, _body)
+        text = f"{_count(len(inverted), 'body', 'bodies')} inside out, with triangles that face inwards: {listed}."
     else:
-        return Finding(Check.CLOSED, "pass", f"{triangles} triangles bound a solid.", measured)
+        how = f" when vertices within {within:.1g} mm are merged" if within else ""
+        return Finding(Check.CLOSED, "pass", f"{triangles} triangles bound a solid{how}.", measured)
     return Finding(Check.CLOSED, "fail", text, measured)
+
+
+def crossings(found: Crossings, doubled: Sequence[Shell]) -> Finding:
+    """Whether the surface goes through itself, or bodies through each other."""
+    measured = asdict(found) | {"doubled": _shells(doubled)}
+    if found.pairs:
+        crossed = _count(found.pairs, "pair")
+        text = f"The surface goes through itself: {crossed} of triangles cross, one at {_at(found.first)}."
+    elif doubled:
+        text = f"Bodies overlap: {_listed(doubled, _body)}."
+    else:
+        return Finding(Check.CROSSINGS, "pass", "The surface does not go through itself.", measured)
+    return Finding(Check.CROSSINGS, "fail", text, measured)
 
 
 def one_body(bodies: list[Shell]) -> Finding:
     """Whether everything hangs together."""
-    measured = {"volumes": [body.volume for body in bodies], "centres": [body.centre for body in bodies]}
+    measured = _shells(bodies)
     if len(bodies) == 1:
         return Finding(Check.BODIES, "pass", "There is one body.", measured, 1, "bodies")
-    listed = _listed(bodies[1:], lambda body: f"{_volume(body.volume)} at {_at(body.centre)}")
+    listed = _listed(bodies[1:], _body)
     text = f"There are {len(bodies)} separate bodies; beside the largest: {listed}."
     return Finding(Check.BODIES, "fail", text, measured, 1, "bodies")
 
@@ -196,6 +215,14 @@ def air_chamber(found: Sealing, leak: Callable[[], Leak | None]) -> Finding:
         where = f"air gets out through {_length(place.width)} at {_at(place.at)}"
     text = f"With plates glued on both ends, no chamber is closed; {where}."
     return Finding(Check.CHAMBER, "fail", text, measured | {"leak": asdict(place) if place else None})
+
+
+def _shells(shells: Sequence[Shell]) -> dict[str, Any]:
+    return {"volumes": [shell.volume for shell in shells], "centres": [shell.centre for shell in shells]}
+
+
+def _body(body: Shell) -> str:
+    return f"{_volume(body.volume)} at {_at(body.centre)}"
 
 
 def _cup(cup: Cup) -> str:

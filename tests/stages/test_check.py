@@ -54,7 +54,7 @@ def test_a_cube_has_nothing_to_find_but_no_chamber() -> None:
     assert one(result, Check.VOLUME).measured["volume"] == pytest.approx(1000.0)
     assert one(result, Check.VOLUME).measured["mass"] == pytest.approx(1.1)
     assert result.passed
-    assert result.summary == "9 pass, 0 warn, 0 fail, 1 not applicable"
+    assert result.summary == "10 pass, 0 warn, 0 fail, 1 not applicable"
     assert (result.triangles, result.size) == (12, (10.0, 10.0, 10.0))
 
 
@@ -150,7 +150,7 @@ def test_an_open_surface_leaves_nothing_else_to_check() -> None:
     part = surface(block(10.0, 10.0, 10.0))
     opened = check.run(part.vertices, part.triangles[1:], check.Settings())
     assert opened.failed == ("closed surface",)
-    assert opened.summary == "0 pass, 0 warn, 1 fail, 9 not applicable"
+    assert opened.summary == "0 pass, 0 warn, 1 fail, 10 not applicable"
     assert "3 open edges" in one(opened, Check.CLOSED).text
     inverted = check.run(part.vertices, part.triangles[:, ::-1], check.Settings())
     assert "inside out" in one(inverted, Check.CLOSED).text
@@ -283,7 +283,7 @@ def test_every_format_is_read(name: str, form: str, poro: Poro, tmp_path: Path) 
     stored = json.loads((tmp_path / f"details/{name}.check.json").read_text(encoding="utf-8"))
     assert stored["passed"]
     assert stored["settings"]["pitch"] == 0.5
-    assert stored["findings"][9]["measured"]["chambers"] == pytest.approx([polygon_area(5.0) * 29.9], rel=1e-4)
+    assert stored["findings"][10]["measured"]["chambers"] == pytest.approx([polygon_area(5.0) * 29.9], rel=1e-4)
 
 
 def test_json_is_what_is_stored(poro: Poro, tmp_path: Path) -> None:
@@ -304,7 +304,7 @@ def test_a_failed_check_ends_with_code_5_after_the_list(poro: Poro, tmp_path: Pa
     ended = poro("check", "open.stl", "--no-save")
     assert ended.code == ExitCode.BAD_SOLID
     assert "  fail            closed surface" in ended.out
-    assert "1 fail, 9 not applicable" in ended.out
+    assert "1 fail, 10 not applicable" in ended.out
     assert ended.err == "poro: open.stl fails: closed surface.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["open.stl"]
     assert poro("check", "open.stl").code == ExitCode.BAD_SOLID

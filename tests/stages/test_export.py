@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from command_line import Poro, edited
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -18,6 +21,7 @@ from actuator.domains.half_cylinder import HalfCylinder
 from actuator.failure import EmptySolid, InvalidField, LooseBodies, NotManifold, UnreadableSolid
 from actuator.geometry.distance import distance, separation
 from actuator.geometry.zero_set import Surface
+from pipeline.exit_codes import ExitCode
 from stages import export, mirror
 from stages.events import Event, Message
 
@@ -143,7 +147,8 @@ def balls() -> mirror.Result:
 def test_islands_are_removed_and_listed_and_cavities_kept() -> None:
     surface = balls()
     heard: list[Event] = []
-    result = export.run(surface.vertices, surface.triangles, export.Settings(scale=2.0), heard.append)
+    settings = export.Settings(scale=2.0, most_removed=0.3)
+    result = export.run(surface.vertices, surface.triangles, settings, heard.append)
     small, hole, large = (8.0 * 4.0 / 3.0 * np.pi * r**3 for r in (3.0, 2.0, 5.0))
     assert result.passed
     islands = result.report["islands"]
@@ -163,6 +168,33 @@ def test_islands_can_be_refused() -> None:
         export.run(surface.vertices, surface.triangles, export.Settings(islands="refuse"))
     whole = tube()
     assert export.run(whole.vertices, whole.triangles, export.Settings(islands="refuse")).passed
+
+
+def test_islands_that_are_much_of_the_part_are_not_removed_unless_allowed(folder: Path, poro: Poro) -> None:
+    """A part of three bodies, the largest of which has most of the volume but not nearly all."""
+    before = (folder / "tiny.stl").read_bytes()
+    with edited(folder / "tiny.solid.h5") as file:
+        points, triangles = file["surface/points"][()], file["surface/connectivity"][()]
+        cubes = [
+            trimesh.creation.box((5.0, 5.0, 5.0), trimesh.transformations.translation_matrix((7.5, y, -30.0)))
+            for y in (-9.0, 9.0)
+        ]
+        for cube in cubes:
+            triangles = np.append(triangles, np.asarray(cube.faces).ravel() + len(points))
+            points = np.concatenate([points, cube.vertices])
+        for name, values in (("points", points), ("connectivity", triangles)):
+            del file[f"surface/{name}"]
+            file[f"surface/{name}"] = values
+    ended = poro("export", "tiny.solid.h5", "--force")
+    assert ended.code == ExitCode.BAD_SOLID
+    share = float(re.search(r"2 bodies float beside the part and are (.*?) % of the volume", ended.err)[1])
+    assert share == pytest.approx(100.0 * 250.0 / (250.0 + trimesh.load("tiny.stl").volume), rel=1e-2)
+    assert "125 mm³ at (7.5, -9.0, -30.0) mm" in ended.err
+    assert (folder / "tiny.stl").read_bytes() == before
+    ended = poro("export", "tiny.solid.h5", "--most-removed", 0.5)
+    assert ended.code == ExitCode.OK, ended.err
+    assert re.search(r"bodies removed +2, together 250\.00 mm", ended.out)
+    assert poro("export", "tiny.solid.h5", "--force").code == ExitCode.BAD_SOLID
 
 
 @pytest.mark.parametrize("tolerance", [0.02, 0.2])
@@ -235,7 +267,15 @@ def test_refusals() -> None:
 
 @pytest.mark.parametrize(
     "values",
-    [{"scale": 0.0}, {"scale": -1.0}, {"format": "obj"}, {"size": 1.0}, {"islands": "keep"}, {"decimation": -1.0}],
+    [
+        {"scale": 0.0},
+        {"scale": -1.0},
+        {"format": "obj"},
+        {"size": 1.0},
+        {"islands": "keep"},
+        {"decimation": -1.0},
+        {"most_removed": 1.1},
+    ],
 )
 def test_settings_are_checked(values: dict[str, object]) -> None:
     with pytest.raises(ValidationError):

@@ -132,7 +132,7 @@ def test_leaking_solid_is_refused_with_the_place(here: Path, poro: Poro) -> None
         (("tube (1).stl", "--pressure", "20 kPa"), ExitCode.USAGE, "needs the Young's modulus of the print"),
         (("tube (1).stl", "--pressure", "20 mPa"), ExitCode.USAGE, "must be a pressure, "),
         (("soft.yaml", "--case", "soft.yaml"), ExitCode.USAGE, "goes with a solid, and soft.yaml is none"),
-        (("rubbish.stl",), ExitCode.ARTIFACT, "rubbish.stl: holds no triangles; give another file."),
+        (("rubbish.stl",), ExitCode.ARTIFACT, "rubbish.stl: The bytes are no stl: 7 of them are fewer"),
         (("missing.stl",), ExitCode.ARTIFACT, "missing.stl: cannot be read"),
         (("part.obj",), ExitCode.USAGE, "part.obj: the ending must be .stl or .3mf"),
     ],
