@@ -17,7 +17,9 @@ Colour = Literal["pressure", "density"]
 
 def plot(
     case: Source,
-    format: Annotated[FigureFormat, typer.Option("--format", help="Of what matplotlib draws; views are PNG.")] = "png",
+    format: Annotated[
+        FigureFormat, typer.Option("--format", help="Of the figures; solids are pixels in all of them.")
+    ] = "png",
     only: Annotated[
         list[str] | None, typer.Option("--only", help="Draw this figure, such as section; may be repeated.")
     ] = None,

@@ -29,7 +29,7 @@ from pipeline.results.design import OptimisedDesign
 from pipeline.results.simulation import read_simulation
 from pipeline.store.atomic import write_bytes
 
-Format = Literal["png", "svg"]
+Format = Literal["png", "svg", "pdf"]
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def _response(design: OptimisedDesign) -> Figure:
     """Pressure against displacement, from the simulation beside the design."""
     if not design.simulation:
         raise CannotDraw("There is no simulation beside the design; make it with `poro simulate`.")
-    return response(read_simulation(design.simulation))
+    return response(read_simulation(design.simulation), title=design.name)
 
 
 #: In the order of the report.
@@ -131,7 +131,7 @@ def drawn(design: OptimisedDesign, name: str, format: str) -> tuple[str, bytes]:
     Args:
         design: the design.
         name: of the figure.
-        format: ``png`` or ``svg``; pixels are always PNG.
+        format: ``png``, ``svg`` or ``pdf``; pixels are always PNG.
 
     Raises:
         CannotDraw: if it needs what this machine or the design does not have.
@@ -151,7 +151,7 @@ def plot_design(
     Args:
         design: the design.
         folder: where the files go; their names begin with the case's.
-        format: ``png`` or ``svg``; pixels are always PNG.
+        format: ``png``, ``svg`` or ``pdf``; pixels are always PNG.
         only: names of the figures to draw; all that can be drawn if there are none.
 
     Returns:

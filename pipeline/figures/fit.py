@@ -19,8 +19,8 @@ def style_of(law: str) -> tuple[str, str]:
     return COLOURS[colour], STROKES[stroke % len(STROKES)]
 
 
-def fit(result: Result) -> Figure:
-    """Engineering stress against stretch, and what each law misses."""
+def fit(result: Result, title: str = "") -> Figure:
+    """Engineering stress against stretch, and what each law misses; ``title`` stands above, such as the file's name."""
     figure = Figure(figsize=(8.0, 6.4), dpi=110, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     order = np.argsort(result.stretch)
@@ -38,4 +38,5 @@ def fit(result: Result) -> Figure:
     for axes in (above, below):
         axes.grid(alpha=0.3)
     above.legend(frameon=False)
+    above.set_title(title)
     return figure

@@ -10,15 +10,16 @@ from pipeline.results.simulation import Curves, RigUnits
 COLOUR = "#1f4e79"
 
 
-def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
-    """Pressure against spring elongation and arm rotation.
+def response(simulation: Curves, rig: RigUnits | None = None, title: str = "") -> Figure:
+    """Spring elongation and arm rotation over the pressure.
 
     Args:
         simulation: the curve.
         rig: draws in kPa and mm of a part; N/mm² and mm of the computed actuator without.
+        title: above the figure, such as the name of the case.
     """
     figure = Figure(figsize=(10.0, 4.4), dpi=110, layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    left, right = figure.subplots(1, 2)
     curve, summary = simulation.curves, simulation.summary
     pressure, elongation, target = curve["pressure"], curve["elongation"], summary["pressure_in"]
     if rig:
@@ -26,15 +27,16 @@ def response(simulation: Curves, rig: RigUnits | None = None) -> Figure:
         target = float(rig.scaled(np.array(target), np.array(0.0))[0])
     up = curve["loading"] == 1.0
     for axes, values in ((left, elongation), (right, np.degrees(curve["theta2"]))):
-        axes.plot(values[up], pressure[up], "o-", color=COLOUR, markersize=3, label="up")
-        axes.plot(values[~up], pressure[~up], "x--", color=COLOUR, markersize=5, alpha=0.7, label="down")
+        axes.plot(pressure[up], values[up], "o-", color=COLOUR, markersize=3, label="up")
+        axes.plot(pressure[~up], values[~up], "x--", color=COLOUR, markersize=5, alpha=0.7, label="down")
         for limit in summary["limit_points"]:
             here = (curve["load_factor"] == limit["load_factor"]) & (curve["loading"] == float(limit["loading"]))
-            axes.plot(values[here], pressure[here], "D", color="#b00020", markersize=7, fillstyle="none")
-        axes.axhline(target, color="#888888", linewidth=0.8, linestyle=":")
+            axes.plot(pressure[here], values[here], "D", color="#b00020", markersize=7, fillstyle="none")
+        axes.axvline(target, color="#888888", linewidth=0.8, linestyle=":", label="p_in")
+        axes.set(xlabel=f"pressure [{'kPa, part' if rig else 'N/mm²'}]")
         axes.grid(alpha=0.3)
-    unit = "kPa, part" if rig else "N/mm²"
-    left.set(xlabel=f"spring elongation [mm{', part' if rig else ''}]", ylabel=f"pressure [{unit}]")
-    right.set(xlabel="arm rotation θ2 [degrees]")
+    left.set(ylabel=f"spring elongation [mm{', part' if rig else ''}]")
+    right.set(ylabel="arm rotation θ2 [degrees]")
     left.legend(frameon=False)
+    figure.suptitle(title)
     return figure

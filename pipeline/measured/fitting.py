@@ -101,7 +101,7 @@ def fit_file(path: Path, options: dict[str, Any], unit: str | None, *, plot: boo
         from pipeline.figures.fit import fit as fit_figure
         from pipeline.figures.saving import save
 
-        save(fit_figure(result), figure)
+        save(fit_figure(result, path.name), figure)
     return FitReport(path, test.unit, result, figure)
 
 

@@ -57,6 +57,11 @@ class Inflated:
     half: bool
 
 
+def part_name(path: Path) -> str:
+    """The name of the part, by that of the artifact of ``inflate``."""
+    return path.name.removesuffix(".inflation.h5")
+
+
 def read_inflation(path: Path) -> Inflation:
     """Read the curve in an artifact of ``inflate``.
 
@@ -67,8 +72,7 @@ def read_inflation(path: Path) -> Inflation:
     summary = contents.summary(path, "inflate")
     modulus = case.rig.youngs_modulus
     rig = None if modulus is None else RigUnits(case.optimize, summary["scale"], modulus)
-    name = path.name.removesuffix(".inflation.h5")
-    return Inflation(name, artifact.read_group(path, "inflate", "curves"), summary, rig)
+    return Inflation(part_name(path), artifact.read_group(path, "inflate", "curves"), summary, rig)
 
 
 def read_states(path: Path) -> Inflated | None:

@@ -97,7 +97,7 @@ def _curves_figure(job: Job, step: Step, path: Path) -> Said:
     from pipeline.figures.saving import save
     from pipeline.results.simulation import read_simulation, rig_units
 
-    save(response(read_simulation(step.path), rig_units(job.case)), path)
+    save(response(read_simulation(step.path), rig_units(job.case), job.case.name), path)
     return {}
 
 
@@ -118,7 +118,7 @@ def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
     simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
     beside = read_simulation(simulated) if not adopted and is_current(simulated) else None
     found = read_inflation(step.path)
-    save(inflation(found, beside, found.rig), path)
+    save(inflation(found, beside, found.rig, found.name), path)
     return {}
 
 
@@ -126,12 +126,12 @@ def _inflated_figure(job: Job, step: Step, path: Path) -> Said | None:
     if step.runs or not path.exists():
         from pipeline.figures.inflated import inflated
         from pipeline.figures.saving import save
-        from pipeline.results.inflation import read_states
+        from pipeline.results.inflation import part_name, read_states
 
         states = read_states(step.path)
         if states is None:  # interrupted before the first
             return None
-        save(inflated(states), path)
+        save(inflated(states, part_name(step.path)), path)
     return {}
 
 
