@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
@@ -21,7 +22,7 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from actuator.arrays import Floats
 from actuator.geometry.normals import triangle_normals
-from pipeline.figures.offscreen import PAPER, CannotDraw, Scale, Shot, pictures
+from pipeline.figures.offscreen import PAPER, CannotDraw, Pixels, Scale, Shot, pictures
 from pipeline.figures.shading import AMBIENT, LIGHT, projection
 
 #: Largest sheet, inches, and its dots per inch.
@@ -72,10 +73,15 @@ class Sheet:
     scale: float
 
     def colour_bar(self, scale: Scale) -> None:
-        """Draw the bar of a field's colours; pale yellow stands for what is one half of a diverging one."""
+        """Draw the bar of a field's colours."""
         assert self.bar is not None
         colours = ScalarMappable(Normalize(0.0, scale.high), scale.colours)
         self.figure.colorbar(colours, cax=self.bar, label=scale.label)
+
+    def subtitle(self, words: str) -> Artist:
+        """Words below the title, which may change from frame to frame of a film."""
+        top = 1.0 - HEADING / self.figure.get_figheight()
+        return self.figure.text(0.5, top, words, ha="center", va="center", fontsize=11)
 
 
 def padded(extent: Floats, share: float = MARGIN) -> Floats:
@@ -181,7 +187,7 @@ def _inches_high(axes: Axes) -> float:
     return float(axes.get_position().height * figure.get_figheight())
 
 
-def _directions(axes: Axes, shot: Shot) -> None:
+def directions(axes: Axes, shot: Shot) -> None:
     """Arrows along X1, X2 and X3 below a panel, at its right."""
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
@@ -204,21 +210,35 @@ def _directions(axes: Axes, shot: Shot) -> None:
 
 def draw_shots(found: Sheet, panels: Sequence[Axes], shots: Sequence[Shot]) -> None:
     """Put solids onto panels of a sheet: as VTK draws them, and where it cannot, triangle by triangle."""
-    extents = [np.array([*axes.get_xlim(), *axes.get_ylim()]) for axes in panels]
     for axes, shot in zip(panels, shots, strict=True):
         if not axes.axison:
-            _directions(axes, shot)
+            directions(axes, shot)
+    show(panels, shots, pixels(found, panels, shots))
+
+
+def pixels(found: Sheet, panels: Sequence[Axes], shots: Sequence[Shot]) -> list[Pixels | None]:
+    """What VTK draws for panels of a sheet; None for each if it cannot."""
+    extents = [np.array([*axes.get_xlim(), *axes.get_ylim()]) for axes in panels]
     try:
-        drawn = pictures(shots, extents, FINER * DPI * found.scale)
+        return [*pictures(shots, extents, FINER * found.figure.get_dpi() * found.scale)]
     except CannotDraw:
-        for axes, shot in zip(panels, shots, strict=True):
-            _draw_triangles(axes, shot)
-        return
-    for axes, picture, extent in zip(panels, drawn, extents, strict=True):
-        axes.imshow(picture, extent=tuple(extent), aspect="auto", interpolation="antialiased", zorder=0.5)
+        return [None] * len(shots)
 
 
-def _draw_triangles(axes: Axes, shot: Shot) -> None:
+def show(panels: Sequence[Axes], shots: Sequence[Shot], drawn: Sequence[Pixels | None]) -> list[Artist]:
+    """Put pixels, or what can be drawn without VTK, onto panels; returns what was put there."""
+    found: list[Artist] = []
+    for axes, shot, picture in zip(panels, shots, drawn, strict=True):
+        if picture is None:
+            found.append(_draw_triangles(axes, shot))
+        else:
+            extent = (*axes.get_xlim(), *axes.get_ylim())
+            image = axes.imshow(picture, extent=extent, aspect="auto", interpolation="antialiased", zorder=0.5)
+            found.append(image)
+    return found
+
+
+def _draw_triangles(axes: Axes, shot: Shot) -> Artist:
     """The far triangles first, in one tone each; their edges close the hairlines between them."""
     rows = projection(shot.direction, shot.up)
     light = rows.T @ LIGHT / np.linalg.norm(LIGHT)
@@ -237,3 +257,4 @@ def _draw_triangles(axes: Axes, shot: Shot) -> None:
     drawn = PolyCollection(list(place[order, :, :2]), facecolors=tones[order], edgecolors=tones[order], linewidths=0.4)
     drawn.set_rasterized(True)
     axes.add_collection(drawn, autolim=False)
+    return drawn

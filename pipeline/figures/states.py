@@ -66,14 +66,14 @@ def solid_of(domain: Domain, chi: Floats, **fields: Floats) -> Any:
     return grid.clip_scalar(scalars="chi", value=0.0, invert=False)
 
 
-def whole(grid: Any, half: bool, name: str, scale: Scale) -> list[Piece]:
-    """A solid under load, coloured by a field.
+def whole(grid: Any, half: bool, name: str, scale: Scale | None) -> list[Piece]:
+    """A solid under load, coloured by a field, or in one colour.
 
     Args:
         grid: of pyvista, with ``displacement``, mm, and the field at its points.
         half: whether it is the half X2 >= 0.
         name: of the field.
-        scale: of its colours.
+        scale: of its colours; one colour for all if there is none.
     """
     return [_coloured(grid, half, name, scale)]
 
@@ -102,9 +102,10 @@ def surface_of(grid: Any) -> tuple[Surface, dict[str, Floats]]:
     return Surface(points, triangles), fields
 
 
-def _coloured(grid: Any, complete: bool, name: str, scale: Scale) -> Piece:
+def _coloured(grid: Any, complete: bool, name: str, scale: Scale | None) -> Piece:
     surface, fields = surface_of(grid)
     points, triangles, (values, moved) = surface.vertices, surface.triangles, (fields[name], fields["displacement"])
     if complete:
         points, triangles, (values, moved) = completed(points, triangles, values, moved)
-    return piece(Surface(points + moved, triangles), values=np.clip(values, 0.0, scale.high), scale=scale)
+    moved_surface = Surface(points + moved, triangles)
+    return piece(moved_surface, values=np.clip(values, 0.0, scale.high), scale=scale) if scale else piece(moved_surface)

@@ -1,0 +1,82 @@
+"""A film as a file: GIF by Pillow, which is always there, or MP4 by ffmpeg, where its package is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib.util import find_spec
+from itertools import chain
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from PIL import Image
+
+from pipeline.exit_codes import ExitCode, Fault
+from pipeline.store.atomic import replacing
+
+FilmFormat = Literal["gif", "mp4"]
+#: How long the last frame is held, s.
+HELD = 1.0
+#: Frames that the palette of a GIF is found from.
+SAMPLED = 6
+
+
+def refuse_without_encoder(format: FilmFormat) -> None:
+    """Refuse MP4 where its encoder is not installed.
+
+    Raises:
+        Fault: with the remedy (USAGE).
+    """
+    if format == "mp4" and not find_spec("imageio_ffmpeg"):
+        remedy = "install it with `pip install 'poro[film]'` or `pip install imageio-ffmpeg`, or leave --format mp4 out for a GIF"
+        raise Fault(ExitCode.USAGE, f"--format mp4: the package imageio-ffmpeg, which makes MP4, is missing; {remedy}.")
+
+
+def write_film(frames: Iterable[Image.Image], target: Path, format: FilmFormat, rate: float) -> int:
+    """Write a film, whole or not at all; returns the number of frames.
+
+    Args:
+        frames: of one size, in order.
+        target: the file.
+        format: ``gif`` or ``mp4``.
+        rate: frames a second.
+
+    Raises:
+        OSError: if the folder or the disk does not take it.
+    """
+    with replacing(target) as temporary:
+        return (_write_gif if format == "gif" else _write_mp4)(frames, temporary, rate)
+
+
+def _write_gif(frames: Iterable[Image.Image], path: Path, rate: float) -> int:
+    """With one palette for all frames and no dots between its colours: both would flicker, and not compress."""
+    found = list(frames)
+    sample = [np.asarray(frame) for frame in found[:: -(-len(found) // SAMPLED)] + found[-1:]]
+    palette = Image.fromarray(np.concatenate(sample)).quantize(256, method=Image.Quantize.MEDIANCUT)
+    few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in found]
+    times = [round(1000.0 / rate)] * (len(few) - 1) + [round(1000.0 * HELD)]
+    few[0].save(path, "GIF", save_all=True, append_images=few[1:], duration=times, loop=0, optimize=False)
+    return len(few)
+
+
+def _write_mp4(frames: Iterable[Image.Image], path: Path, rate: float) -> int:
+    import imageio_ffmpeg  # an optional package
+
+    waiting = iter(frames)
+    frame = next(waiting)
+    # Players want sides that are even.
+    width, height = (side - side % 2 for side in frame.size)
+    options = ["-f", "mp4"]  # the name that the file has for now does not tell
+    writer = imageio_ffmpeg.write_frames(
+        str(path), (width, height), fps=rate, quality=7, macro_block_size=2, output_params=options
+    )
+    writer.send(None)
+    number = 0
+    try:
+        for number, frame in enumerate(chain([frame], waiting), start=1):  # noqa: B007
+            writer.send(frame.crop((0, 0, width, height)).tobytes())
+        for _ in range(round(HELD * rate)):
+            writer.send(frame.crop((0, 0, width, height)).tobytes())
+    finally:
+        writer.close()
+    return number
