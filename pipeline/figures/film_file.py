@@ -28,7 +28,7 @@ def refuse_without_encoder(format: FilmFormat) -> None:
         Fault: with the remedy (USAGE).
     """
     if format == "mp4" and not find_spec("imageio_ffmpeg"):
-        remedy = "install it with `pip install 'poro[film]'` or `pip install imageio-ffmpeg`, or leave --format mp4 out for a GIF"
+        remedy = "install it with `pip install imageio-ffmpeg`, or leave --format mp4 out for a GIF"
         raise Fault(ExitCode.USAGE, f"--format mp4: the package imageio-ffmpeg, which makes MP4, is missing; {remedy}.")
 
 
@@ -62,21 +62,22 @@ def _write_gif(frames: Iterable[Image.Image], path: Path, rate: float) -> int:
 def _write_mp4(frames: Iterable[Image.Image], path: Path, rate: float) -> int:
     import imageio_ffmpeg  # an optional package
 
-    waiting = iter(frames)
-    frame = next(waiting)
+    rest = iter(frames)
+    first = next(rest)
     # Players want sides that are even.
-    width, height = (side - side % 2 for side in frame.size)
+    width, height = (side - side % 2 for side in first.size)
     options = ["-f", "mp4"]  # the name that the file has for now does not tell
     writer = imageio_ffmpeg.write_frames(
         str(path), (width, height), fps=rate, quality=7, macro_block_size=2, output_params=options
     )
-    writer.send(None)
-    number = 0
+    number, data = 0, b""
     try:
-        for number, frame in enumerate(chain([frame], waiting), start=1):  # noqa: B007
-            writer.send(frame.crop((0, 0, width, height)).tobytes())
+        writer.send(None)
+        for image in chain([first], rest):
+            number, data = number + 1, image.crop((0, 0, width, height)).tobytes()
+            writer.send(data)
         for _ in range(round(HELD * rate)):
-            writer.send(frame.crop((0, 0, width, height)).tobytes())
+            writer.send(data)
     finally:
         writer.close()
     return number
