@@ -55,7 +55,7 @@ class DesignFigure:
 
 
 def _response(design: OptimisedDesign) -> Figure:
-    """Pressure against displacement, from the simulation beside the design."""
+    """Displacement over pressure, from the simulation beside the design."""
     if not design.simulation:
         raise CannotDraw("There is no simulation beside the design; make it with `poro simulate`.")
     return response(read_simulation(design.simulation), title=design.name)
@@ -95,7 +95,7 @@ FIGURES.register(
     DesignFigure(
         section,
         "Section",
-        "The symmetry plane X2 = 0, undeformed and deformed, with the mesh, coloured by p / p_in.",
+        "The plane X2 = 0, undeformed and deformed, with the mesh: solid and air, coloured by p / p_in.",
         "png",
     ),
 )
@@ -114,7 +114,7 @@ FIGURES.register(
     DesignFigure(
         _response,
         "Pressure and displacement",
-        "Simulated displacements against the pressure.",
+        "Simulated displacements over the pressure.",
         of_simulation=True,
     ),
 )

@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.figures.offscreen import Pixels
 from pipeline.store.atomic import replacing
 
 FilmFormat = Literal["gif", "mp4"]
@@ -19,6 +20,8 @@ FilmFormat = Literal["gif", "mp4"]
 HELD = 1.0
 #: Frames that the palette of a GIF is found from.
 SAMPLED = 6
+#: Colours of it that are kept, and steps of red, green and blue that count as one among those that are rare.
+PAPER, INK, STEP = (255, 255, 255), (0, 0, 0), 16
 
 
 def refuse_without_encoder(format: FilmFormat) -> None:
@@ -51,12 +54,32 @@ def write_film(frames: Iterable[Image.Image], target: Path, format: FilmFormat, 
 def _write_gif(frames: Iterable[Image.Image], path: Path, rate: float) -> int:
     """With one palette for all frames and no dots between its colours: both would flicker, and not compress."""
     found = list(frames)
-    sample = [np.asarray(frame) for frame in found[:: -(-len(found) // SAMPLED)] + found[-1:]]
-    palette = Image.fromarray(np.concatenate(sample)).quantize(256, method=Image.Quantize.MEDIANCUT)
-    few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in found]
+    sample = np.concatenate([np.asarray(frame) for frame in found[:: -(-len(found) // SAMPLED)] + found[-1:]])
+    palette = _palette(sample.reshape(-1, 3))
+    few = [_in_colours(frame, palette) for frame in found]
     times = [round(1000.0 / rate)] * (len(few) - 1) + [round(1000.0 * HELD)]
     few[0].save(path, "GIF", save_all=True, append_images=few[1:], duration=times, loop=0, optimize=False)
     return len(few)
+
+
+def _in_colours(frame: Image.Image, palette: Image.Image) -> Image.Image:
+    """A frame in the colours of a palette, white where it is white: Pillow takes what is near enough."""
+    few = frame.quantize(palette=palette, dither=Image.Dither.NONE)
+    few.paste(0, mask=Image.fromarray((np.asarray(frame) == PAPER).all(axis=2)))
+    return few
+
+
+def _palette(pixels: Pixels) -> Image.Image:
+    """256 colours for pixels, (n, 3): half for what is large, half for what is rare, as the ends of a bar are."""
+    colours, count = np.unique(pixels, axis=0, return_counts=True)
+    coarse = np.unique(colours // STEP * STEP, axis=0)
+    found: list[int] = [*PAPER, *INK]
+    for each in (np.repeat(colours, np.ceil(np.sqrt(count)).astype(int), axis=0), coarse):
+        cut = Image.fromarray(each[None]).quantize(127, method=Image.Quantize.MEDIANCUT).getpalette() or []
+        found += cut[: 3 * 127]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(found)
+    return palette
 
 
 def _write_mp4(frames: Iterable[Image.Image], path: Path, rate: float) -> int:

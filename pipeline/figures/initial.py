@@ -93,6 +93,8 @@ def _density(
 def _solid(design: OptimisedDesign) -> list[Piece]:
     domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
     chi = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
+    if not (chi > 0.0).any():
+        return []  # the sections say why
     surface, _ = surface_of(solid_of(domain, chi))
     return opened(surface) if domain.mirrored else [piece(surface)]
 

@@ -1,4 +1,4 @@
-"""The figure of a simulation: pressure against displacement, up and down, limit points marked."""
+"""The figure of a simulation: displacement over pressure, up and down, limit points marked."""
 
 from __future__ import annotations
 

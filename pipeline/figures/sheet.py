@@ -151,8 +151,17 @@ class _Grid:
 
         across, upwards = largest(sizes[:, 0], column), largest(sizes[:, 1], row)
         beside, above = largest(pads[:, :2].sum(axis=1), column), largest(pads[:, 2:].sum(axis=1), row)
-        free = (room[0] - beside.sum()) / across.sum(), (room[1] - above.sum()) / upwards.sum()
-        self.scale = float(min(free))
+        self.scale = float((room[1] - above.sum()) / upwards.sum())
+        narrow = np.zeros(len(across), dtype=bool)
+        # Places that would be too narrow for their titles take from the room of the others.
+        while True:
+            left = room[0] - NARROWEST * narrow.sum() - beside[~narrow].sum()
+            if not narrow.all():
+                self.scale = min(self.scale, float(left / across[~narrow].sum()))
+            found = self.scale * across + beside < NARROWEST
+            if (found <= narrow).all():
+                break
+            narrow |= found
         self.widths = np.maximum(self.scale * across + beside, NARROWEST)
         self.heights = self.scale * upwards + above
 

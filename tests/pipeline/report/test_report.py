@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from command_line import TINY, Poro, edited
 from lxml.html import HtmlElement
 from synthetic import EXAMPLE, Truth, recording
 
-from pipeline.figures import designs, views
+from pipeline.figures import designs
 from pipeline.figures.offscreen import CannotDraw
 from pipeline.report import page as report
 from pipeline.results.simulation import read_simulation
@@ -295,17 +296,18 @@ def test_design_without_solid_is_reported(
     assert page.xpath("//script") == []
 
 
-def test_without_opengl_the_report_says_so(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_drawn_is_said_in_the_report(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def ended_badly(*_: object) -> None:
-        raise CannotDraw("VTK cannot draw on this machine.")
+        raise CannotDraw("no facet of the mesh lies in the plane X2 = 0")
 
-    monkeypatch.setattr(designs, "figures_of", lambda design: {"views": designs.FIGURES["views"]})
+    section = replace(designs.FIGURES["section"], draw=ended_badly)
+    monkeypatch.setattr(designs, "figures_of", lambda design: {"section": section})
+    monkeypatch.setattr(designs, "FIGURES", {"section": section})
     monkeypatch.setattr(report, "displayed", lambda design: None)
-    monkeypatch.setattr(views, "drawn_apart", ended_badly)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
-    assert "Views: VTK cannot draw" in ended.out
-    assert "VTK cannot draw" in section_of(read(folder / "tiny.report.html"), "figures")
+    assert "Section: no facet" in ended.out
+    assert "no facet" in section_of(read(folder / "tiny.report.html"), "figures")
 
 
 # ------------------------------------------------------------------------------------------------ what goes wrong
