@@ -18,7 +18,7 @@ PIECES = 6
 MESH, OUTLINE = "#b9c2cc", "#3a3f45"
 #: Void of at least this p / p_in is drawn too: the air in the chamber, whose pressure is 1 but near the walls, and what
 #: leaks. Beside a tight part there is less than a thousandth.
-AIR = 0.1
+AIR = 0.01
 #: Room around the section over its extent.
 ROOM = 0.04
 

@@ -28,6 +28,7 @@ from pipeline.runs import updates
 from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job, make_folder, open_job
 from pipeline.store import artifact
+from pipeline.store.files import Files
 
 FilmOf = Literal["updates", "simulation", "inflation"]
 #: The stage whose artifact holds what a film is of.
@@ -74,7 +75,7 @@ def film(
         shown, name = _of_inflation(path), part_name(path)
     folder = output or (job.files.folder if job else path.parent)
     make_folder(folder)
-    target = folder / f"{name}.{of}.{format}"
+    target = Files(folder, name, "").film(of, format)
     number = write_film(_told(frames(shown, width), len(shown.moments)), target, format, rate)
     if as_json:
         return result_json("film", {"name": name, "of": of, "frames": number}, [target])

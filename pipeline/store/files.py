@@ -42,6 +42,10 @@ class Files:
         """A file that is written beside the artifact of a stage."""
         return self.folder / f"{self._stem(stage)}{beside.ending}"
 
+    def film(self, of: str, format: str) -> Path:
+        """A film of what happens to the case, or to a part of that name."""
+        return self.folder / f"{self.name}.{of}.{format}"
+
     @property
     def log(self) -> Path:
         """The log, to which every command appends."""
