@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from actuator.arrays import Floats
 from actuator.geometry.zero_set import Surface
-from pipeline.figures.offscreen import Shot, piece
-from pipeline.figures.shading import Direction
-from pipeline.figures.sheet import Place, draw_shots, padded, sheet
+from pipeline.figures.offscreen import BODY
+from pipeline.figures.shading import Direction, draw_solid
+from pipeline.figures.sheet import Place, padded, sheet
 from pipeline.results.design import OptimisedDesign
 
 #: Direction to the eye: X1 to the right, X3 upwards.
@@ -31,13 +31,13 @@ def arm(design: OptimisedDesign) -> Figure:
     size, length, reach = domain.size, domain.length, load.arm_length
     shape = design.shape
     _, moved = design.fields_at(shape.vertices)
-    bent = Shot([piece(Surface(shape.vertices + moved, shape.triangles))], SIDE)
+    bent = Surface(shape.vertices + moved, shape.triangles)
     ends = _placed(design.arm, length, np.array([[reach, 0.0]]))[0], np.array([length + reach, 0.0])
     spring = load.spring_stiffness > 0.0
     top = max(0.85 * size, ends[0][1] + 0.6 * size)
     below, right = -1.18 * size, max(ends[0][0], ends[1][0])
     corners = [
-        bent.pieces[0].vertices[:, [0, 2]],
+        bent.vertices[:, [0, 2]],
         shape.vertices[:, [0, 2]],
         *(_placed(each, length, _outline(size, reach)) for each in (design.arm, np.zeros(3))),
         # The support, and the size below it.
@@ -49,7 +49,7 @@ def arm(design: OptimisedDesign) -> Figure:
     extent = np.array([*every.min(axis=0), *every.max(axis=0)])[[0, 2, 1, 3]]
     found = sheet([Place(padded(extent), "", ("x1 [mm]", "x3 [mm]"))], design.name)
     (axes,) = found.panels
-    draw_shots(found, [axes], [bent])
+    draw_solid(axes, bent, SIDE, BODY, zorder=2)
     _silhouette(axes, shape.vertices[:, [0, 2]], shape.triangles)
     _support(axes, size)
     _arm(axes, np.zeros(3), size, length, reach, ghost=True)

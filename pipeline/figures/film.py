@@ -68,7 +68,7 @@ def frames(film: Film, width: int) -> Iterator[Image.Image]:
     found.figure.set_dpi(width / found.figure.get_figwidth())
     found.colour_bar(film.scale)
     for axes, view in zip(found.panels, (OUTSIDE, INSIDE), strict=True):
-        directions(axes, Shot([], view))
+        directions(axes, view)
     canvas = FigureCanvasAgg(found.figure)
     for start in range(0, len(film.moments), TOGETHER):
         yield from _drawn(film, film.moments[start : start + TOGETHER], found, canvas)

@@ -12,9 +12,10 @@ from matplotlib.path import Path
 from scipy.special import expit
 
 from actuator.arrays import Floats
-from pipeline.figures.offscreen import ABOVE, Piece, Scale, Shot, piece
-from pipeline.figures.shading import projection
-from pipeline.figures.sheet import Place, draw_shots, padded, sheet
+from actuator.geometry.zero_set import Surface
+from pipeline.figures.offscreen import ABOVE, Piece, Scale, piece
+from pipeline.figures.shading import draw_solid, projection
+from pipeline.figures.sheet import Place, directions, padded, sheet
 from pipeline.figures.states import opened, solid_of, surface_of
 from pipeline.results.design import OptimisedDesign
 
@@ -33,7 +34,6 @@ def initial(design: OptimisedDesign) -> Figure:
     if domain.mirrored:
         rings.append(rings[0] * (-1.0, 1.0))
     (left, low), (right, high) = (function(np.concatenate(rings), axis=0) for function in (np.min, np.max))
-    shot = Shot(_solid(design), ABOVE)
     around = np.concatenate([_end(design, 0.0), _end(design, domain.length)]) @ projection(ABOVE)[:2].T
     places = [
         Place(
@@ -44,7 +44,9 @@ def initial(design: OptimisedDesign) -> Figure:
     ]
     found = sheet(places, design.name, bar=True)
     solid, across, along = found.panels
-    draw_shots(found, [solid], [shot])
+    directions(solid, ABOVE)
+    for each in _solid(design):  # the cut face, which comes last, is before the rest
+        draw_solid(solid, Surface(each.vertices, each.triangles), ABOVE, each.colour, zorder=2)
     _frame(solid, design)
     x2, x3 = np.meshgrid(np.linspace(left, right, FINE), np.linspace(low, high, FINE))
     middle = np.stack([np.full_like(x2, 0.5 * domain.length), x2, x3], axis=-1)

@@ -23,7 +23,7 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from actuator.arrays import Floats
 from actuator.geometry.normals import triangle_normals
 from pipeline.figures.offscreen import PAPER, CannotDraw, Pixels, Scale, Shot, pictures
-from pipeline.figures.shading import AMBIENT, LIGHT, projection
+from pipeline.figures.shading import AMBIENT, LIGHT, Direction, projection
 
 #: Largest sheet, inches, and its dots per inch.
 LARGEST, DPI = (11.0, 7.0), 125
@@ -196,7 +196,7 @@ def _inches_high(axes: Axes) -> float:
     return float(axes.get_position().height * figure.get_figheight())
 
 
-def directions(axes: Axes, shot: Shot) -> None:
+def directions(axes: Axes, eye: Direction, up: Direction = (0.0, 0.0, 1.0)) -> None:
     """Arrows along X1, X2 and X3 below a panel, at its right."""
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
@@ -206,7 +206,7 @@ def directions(axes: Axes, shot: Shot) -> None:
     small = figure.add_axes((box.x1 - side / width, box.y0 - (side + 0.05) / height, side / width, side / height))
     small.set(xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
     small.set_axis_off()
-    rows = projection(shot.direction, shot.up)
+    rows = projection(eye, up)
     for (name, colour), x, y in zip(AXES.items(), *rows[:2], strict=True):
         small.annotate(
             "", (x, y), (0.0, 0.0), arrowprops={"arrowstyle": "->", "color": colour, "shrinkA": 0, "shrinkB": 0}
@@ -221,7 +221,7 @@ def draw_shots(found: Sheet, panels: Sequence[Axes], shots: Sequence[Shot]) -> N
     """Put solids onto panels of a sheet: as VTK draws them, and where it cannot, triangle by triangle."""
     for axes, shot in zip(panels, shots, strict=True):
         if not axes.axison:
-            directions(axes, shot)
+            directions(axes, shot.direction, shot.up)
     show(panels, shots, pixels(found, panels, shots))
 
 

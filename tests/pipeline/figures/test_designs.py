@@ -45,7 +45,7 @@ def test_figures_are_drawn(poro: Poro, folder: Path) -> None:
 
 
 def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
-    assert poro("plot", folder / "tiny.h5").code == 0
+    assert poro("plot", folder / "tiny.h5", "--only", "history").code == 0
     heading, *rows = (folder / "tiny-history.csv").read_text().splitlines()
     assert heading.startswith("update [1],evaluations [1],C [1],C0 [1],")
     assert heading.endswith("seconds_inner [s],seconds [s]")

@@ -59,6 +59,8 @@ def test_updates_of_a_design_are_frames_of_one_size(poro: Poro, folder: Path) ->
     assert changed[370:].sum() == 0.0  # the colour bar stays
 
 
+# imageio-ffmpeg leaves the pipes to its processes to the garbage collector.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
 @pytest.mark.usefixtures("plainly")
 def test_simulation_moves_up_to_its_largest_pressure(
     poro: Poro, folder: Path, simulation: Path, monkeypatch: pytest.MonkeyPatch
@@ -74,10 +76,8 @@ def test_simulation_moves_up_to_its_largest_pressure(
     assert 0 < steps[0] < steps[1]
     again = poro("film", "tiny.h5", "--of", "simulation", "--size", 401, "--format", "mp4")
     assert again.code == ExitCode.OK, again.err
-    reader = imageio_ffmpeg.read_frames("tiny.simulation.mp4")
-    about = next(reader)
-    assert about["size"][0] == 400
-    assert len(list(reader)) == 3 + 10  # the last one is held for a second
+    number, seconds = imageio_ffmpeg.count_frames_and_secs("tiny.simulation.mp4")
+    assert (number, seconds) == (3 + 10, pytest.approx(1.3))  # the last one is held for a second
 
 
 @pytest.mark.usefixtures("plainly")
