@@ -12,10 +12,9 @@ from matplotlib.path import Path
 from scipy.special import expit
 
 from actuator.arrays import Floats
-from actuator.geometry.zero_set import Surface
-from pipeline.figures.offscreen import ABOVE, Piece, Scale, piece
-from pipeline.figures.shading import draw_solid, projection
-from pipeline.figures.sheet import Place, directions, padded, sheet
+from pipeline.figures.offscreen import ABOVE, Piece, Scale, Shot, piece
+from pipeline.figures.shading import projection
+from pipeline.figures.sheet import Place, directions, padded, sheet, show
 from pipeline.figures.states import opened, solid_of, surface_of
 from pipeline.results.design import OptimisedDesign
 
@@ -45,8 +44,7 @@ def initial(design: OptimisedDesign) -> Figure:
     found = sheet(places, design.name, bar=True)
     solid, across, along = found.panels
     directions(solid, ABOVE)
-    for each in _solid(design):  # the cut face, which comes last, is before the rest
-        draw_solid(solid, Surface(each.vertices, each.triangles), ABOVE, each.colour, zorder=2)
+    show([solid], [Shot(_solid(design), ABOVE)], [None])  # simple enough to do without VTK
     _frame(solid, design)
     x2, x3 = np.meshgrid(np.linspace(left, right, FINE), np.linspace(low, high, FINE))
     middle = np.stack([np.full_like(x2, 0.5 * domain.length), x2, x3], axis=-1)
@@ -96,7 +94,7 @@ def _solid(design: OptimisedDesign) -> list[Piece]:
     domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
     chi = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
     if not (chi > 0.0).any():
-        return []  # the sections say why
+        return []  # the sections show why
     surface, _ = surface_of(solid_of(domain, chi))
     return opened(surface) if domain.mirrored else [piece(surface)]
 

@@ -261,6 +261,8 @@ def _draw_triangles(axes: Axes, shot: Shot) -> Artist:
         shade = AMBIENT + (1.0 - AMBIENT) * np.clip(each.normals[seen].mean(axis=1) @ light, 0.0, 1.0)
         colours.append(tone * shade[:, None] if each.lit else tone)
         corners.append(each.vertices[seen] @ rows.T)
+    if not corners:
+        return axes.add_collection(PolyCollection([]), autolim=False)
     place, tones = np.concatenate(corners), np.concatenate(colours)
     order = np.argsort(place[:, :, 2].sum(axis=1))
     drawn = PolyCollection(list(place[order, :, :2]), facecolors=tones[order], edgecolors=tones[order], linewidths=0.4)

@@ -95,8 +95,10 @@ def opened(half: Surface) -> list[Piece]:
 
 
 def surface_of(grid: Any) -> tuple[Surface, dict[str, Floats]]:
-    """The surface of a grid, undeformed, and its fields at the surface's vertices."""
+    """The surface of a grid, undeformed, triangles counter-clockwise from outside, and its fields at its vertices."""
     found = grid.extract_surface(algorithm="dataset_surface").triangulate()
+    # The pieces of clipped cells are turned either way.
+    found = found.compute_normals(point_normals=False, consistent_normals=True, auto_orient_normals=True)
     points, triangles = np.asarray(found.points, dtype=np.float64), np.asarray(found.regular_faces, dtype=np.int64)
     fields = {name: np.asarray(values, dtype=np.float64) for name, values in found.point_data.items()}
     return Surface(points, triangles), fields

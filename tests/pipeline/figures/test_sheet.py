@@ -135,6 +135,8 @@ def test_halves_are_completed_without_a_seam() -> None:
     (found,) = whole(solid_of(domain, chi, **fields), True, "pressure", PRESSURE)
     closed = trimesh.Trimesh(found.vertices, found.triangles, process=True, merge_norm=True)
     assert closed.is_watertight
+    assert closed.is_winding_consistent
+    assert closed.volume > 0.0
     assert closed.bounds[0, 1] == pytest.approx(-closed.bounds[1, 1])
     on_plane = np.abs(found.vertices[:, 1]) < 1e-9
     assert on_plane.any()
