@@ -1,4 +1,4 @@
-"""Figures for Python: every function returns a figure of matplotlib's, or an image where VTK draws; none is written.
+"""Figures for Python: every function returns a figure of matplotlib's; none is written.
 
 ``figure.savefig`` writes one, and so does :func:`save`, as small as the program's own. Those of a design, as
 :func:`poro.optimize` and :func:`poro.load` give it, stand in :data:`FIGURES`, from which ``poro plot`` and

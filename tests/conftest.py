@@ -88,7 +88,7 @@ def report(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of that run."""
     folder = tmp_path_factory.mktemp("report")
     assert call(["report", str(finished / "tiny/tiny.h5"), "--output", str(folder)]) == 0
-    return folder / "tiny.report.html"
+    return folder / "tiny/tiny.report.html"
 
 
 @pytest.fixture(scope="session")

@@ -32,6 +32,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "What results show": {
         "plot": "poro plot quick.yaml --only section",
+        "film": "poro film quick.yaml --of inflation",
         "report": "poro report quick.yaml",
         "convert": "poro convert outputs/quick.h5 quick.vtu",
     },

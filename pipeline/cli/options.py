@@ -73,7 +73,7 @@ Force = Annotated[bool, typer.Option("--force", help="Run even what is up to dat
 Fresh = Annotated[bool, typer.Option("--fresh", help="Ignore what an interrupted optimisation left.")]
 
 #: Formats of figures.
-FigureFormat = Literal["png", "svg"]
+FigureFormat = Literal["png", "svg", "pdf"]
 
 
 def _wish(loudness: Loudness) -> Any:

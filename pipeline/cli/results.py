@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.cli import completion
-from pipeline.cli.options import FigureFormat, Json, Output, Source
+from pipeline.cli.options import FigureFormat, Json, Output, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store.files import located
 from pipeline.terminal import show, told
@@ -17,11 +17,16 @@ from stages.chain import SCALE, youngs
 YOUNGS = youngs()
 #: Fields that colour a shape.
 Colour = Literal["pressure", "density"]
+#: What a film shows, and its formats.
+FilmOf = Literal["updates", "simulation", "inflation"]
+FilmFormat = Literal["gif", "mp4"]
 
 
 def plot(
     case: Source,
-    format: Annotated[FigureFormat, typer.Option("--format", help="Of what matplotlib draws; views are PNG.")] = "png",
+    format: Annotated[
+        FigureFormat, typer.Option("--format", help="Of the figures; solids are pixels in all of them.")
+    ] = "png",
     only: Annotated[
         list[str] | None, typer.Option("--only", help="Draw this figure, such as section; may be repeated.")
     ] = None,
@@ -66,6 +71,24 @@ def report(
         show(told("\n".join([str(path), *problems]), [path]))
 
 
+def film(
+    case: SourceOrSolid,
+    of: Annotated[
+        FilmOf | None,
+        typer.Option("--of", help="What it shows. Default: what the artifact holds, of a part its inflation."),
+    ] = None,
+    format: Annotated[FilmFormat, typer.Option("--format", help="Of the film; mp4 needs imageio-ffmpeg.")] = "gif",
+    rate: Annotated[float, typer.Option("--fps", min=1.0, max=50.0, help="Frames a second.")] = 10.0,
+    size: Annotated[int, typer.Option("--size", min=300, max=3840, help="Width of the frames, pixels.")] = 800,
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Make a film: how the design grew from update to update, or how it moves as the pressure rises."""
+    from pipeline.runs.films import film as make_film  # loads drawing libraries
+
+    show(make_film(case, of, output, format, rate, size, as_json=as_json))
+
+
 def convert(
     source: Annotated[
         Path,
@@ -99,5 +122,5 @@ def convert(
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the program."""
-    for command in (plot, report, convert):
+    for command in (plot, film, report, convert):
         app.command()(command)

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from actuator.arrays import Floats
 from actuator.geometry.zero_set import Surface
 from pipeline.figures.offscreen import BODY
-from pipeline.figures.shading import draw_solid
+from pipeline.figures.shading import Direction, draw_solid
+from pipeline.figures.sheet import Place, padded, sheet
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.simulation import rig_units
 
 #: Direction to the eye: X1 to the right, X3 upwards.
-SIDE = (0.0, -1.0, 0.0)
+SIDE: Direction = (0.0, -1.0, 0.0)
 ARM, GROUND, SPRING, GHOST, SIZE = "#5b6470", "#3a3f45", "#c55a11", "#70777f", "#1f4e79"
 #: Coils of the spring as it is drawn.
 COILS = 9
@@ -31,36 +32,54 @@ def arm(design: OptimisedDesign) -> Figure:
     size, length, reach = domain.size, domain.length, load.arm_length
     shape = design.shape
     _, moved = design.fields_at(shape.vertices)
-    figure = Figure(figsize=(10.0, 4.5), dpi=110, layout="constrained")
-    axes = figure.subplots()
-    draw_solid(axes, Surface(shape.vertices + moved, shape.triangles), SIDE, BODY, zorder=2)
+    bent = Surface(shape.vertices + moved, shape.triangles)
+    ends = _placed(design.arm, length, np.array([[reach, 0.0]]))[0], np.array([length + reach, 0.0])
+    spring = load.spring_stiffness > 0.0
+    top = max(0.85 * size, ends[0][1] + 0.6 * size)
+    below, right = -1.18 * size, max(ends[0][0], ends[1][0])
+    corners = [
+        bent.vertices[:, [0, 2]],
+        shape.vertices[:, [0, 2]],
+        *(_placed(each, length, _outline(size, reach)) for each in (design.arm, np.zeros(3))),
+        # The support, and the size below it.
+        np.array([(-0.3 * size, 1.15 * size), (0.0, below - 0.25 * size)]),
+    ]
+    if spring:  # and what is written beside it
+        corners.append(np.array([(right + 1.3 * size, top + 0.16 * size)]))
+    every = np.concatenate(corners)
+    extent = np.array([*every.min(axis=0), *every.max(axis=0)])[[0, 2, 1, 3]]
+    found = sheet([Place(padded(extent), "", ("x1 [mm]", "x3 [mm]"))], design.name)
+    (axes,) = found.panels
+    draw_solid(axes, bent, SIDE, BODY, zorder=2)
     _silhouette(axes, shape.vertices[:, [0, 2]], shape.triangles)
     _support(axes, size)
     _arm(axes, np.zeros(3), size, length, reach, ghost=True)
     _arm(axes, design.arm, size, length, reach, ghost=False)
-    end = _placed(design.arm, length, np.array([[reach, 0.0]]))[0]
-    top = 0.85 * size
-    if load.spring_stiffness > 0.0:
+    end = ends[0]
+    if spring:
         _spring(axes, end, top, size)
-        _measure(axes, (length + reach + 0.3 * size, 0.0), (length + reach + 0.3 * size, end[1]))
+        _measure(axes, (right + 0.3 * size, 0.0), (right + 0.3 * size, end[1]))
         words = rig_units(design.case).both_lengths(-end[1], 2).replace(", ", "\n")
-        axes.text(length + reach + 0.38 * size, 0.5 * end[1], f"elongation\n{words}", color=SIZE, va="center")
-    below = -1.18 * size
+        axes.text(right + 0.38 * size, 0.5 * end[1], f"elongation\n{words}", color=SIZE, va="center")
     _measure(axes, (0.0, below), (length, below))
-    axes.text(0.5 * length, below - 0.05 * size, "L", color=SIZE, ha="center", va="top")
+    axes.text(0.5 * length, below - 0.05 * size, f"L = {length:g} mm", color=SIZE, ha="center", va="top")
     over = 0.34 * size
     _measure(axes, (length, over), (length + reach, over))
-    axes.text(length + 0.5 * reach, over + 0.05 * size, "L_arm", color=SIZE, ha="center", va="bottom")
+    words = f"L_arm = {reach:g} mm"
+    axes.text(length + 0.5 * reach, over + 0.05 * size, words, color=SIZE, ha="center", va="bottom")
     _angle(axes, design.arm, length, reach)
-    axes.set(aspect="equal", xlabel="x1 [mm]", ylabel="x3 [mm]")
-    axes.set_xlim(-0.35 * size, length + reach + 1.3 * size)
-    low = min(below - 0.3 * size, end[1] - 0.15 * size)
-    axes.set_ylim(low, 1.2 * size)
     rest = Line2D([], [], color=GHOST, linestyle="--", linewidth=0.9, label="without pressure")
     axes.legend(handles=[rest], frameon=False, loc="lower center")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    return figure
+    return found.figure
+
+
+def _outline(size: float, reach: float) -> Floats:
+    """Corners of the arm as it is drawn, from its root, (n, 2)."""
+    thick, half = 0.08 * size, 0.05 * size
+    outline = [(0.0, size), (thick, size), (thick, half), (reach, half), (reach, -half), (thick, -half)]
+    return np.array([*outline, (thick, -size), (0.0, -size)])
 
 
 def _placed(arm: Floats, length: float, local: Floats) -> Floats:
@@ -71,10 +90,7 @@ def _placed(arm: Floats, length: float, local: Floats) -> Floats:
 
 
 def _arm(axes: Axes, arm: Floats, size: float, length: float, reach: float, *, ghost: bool) -> None:
-    thick, half = 0.08 * size, 0.05 * size
-    outline = [(0.0, size), (thick, size), (thick, half), (reach, half), (reach, -half), (thick, -half)]
-    outline += [(thick, -size), (0.0, -size)]
-    corners = _placed(arm, length, np.array(outline))
+    corners = _placed(arm, length, _outline(size, reach))
     if ghost:
         axes.add_patch(
             Polygon(corners, closed=True, fill=False, edgecolor=GHOST, linestyle="--", linewidth=0.9, zorder=4)
@@ -86,8 +102,10 @@ def _arm(axes: Axes, arm: Floats, size: float, length: float, reach: float, *, g
 
 
 def _silhouette(axes: Axes, plane: Floats, triangles: NDArray[np.int64]) -> None:
-    """Outline of what the undeformed surface covers: the edge of its shadow on a grid of 4 points per mm."""
-    low, high = plane.min(axis=0) - 1.0, plane.max(axis=0) + 1.0
+    """Outline of what the undeformed surface covers: the edge of its shadow on a grid of 400 points."""
+    low, high = plane.min(axis=0), plane.max(axis=0)
+    room = 0.03 * (high - low).max()
+    low, high = low - room, high + room
     pitch = float((high - low).max()) / 400.0
     x, z = (np.arange(a, b, pitch) for a, b in zip(low, high, strict=True))
     shadow = _shadow(plane, triangles, x, z)

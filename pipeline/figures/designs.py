@@ -29,7 +29,7 @@ from pipeline.results.design import OptimisedDesign
 from pipeline.results.simulation import read_simulation, rig_units
 from pipeline.store.atomic import write_bytes
 
-Format = Literal["png", "svg"]
+Format = Literal["png", "svg", "pdf"]
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ class DesignFigure:
 
 
 def _response(design: OptimisedDesign) -> Figure:
-    """Pressure against displacement, from the simulation beside the design."""
+    """Displacement over pressure, from the simulation beside the design."""
     if not design.simulation:
         raise CannotDraw("There is no simulation beside the design; make it with `poro simulate`.")
-    return response(read_simulation(design.simulation), rig_units(design.case))
+    return response(read_simulation(design.simulation), rig_units(design.case), design.name)
 
 
 #: In the order of the report.
@@ -98,7 +98,7 @@ FIGURES.register(
     DesignFigure(
         section,
         "Section",
-        "The symmetry plane X2 = 0, undeformed and deformed, with the mesh, coloured by p / p_in.",
+        "The plane X2 = 0, undeformed and deformed, with the mesh: solid and air, coloured by p / p_in.",
         "png",
     ),
 )
@@ -117,7 +117,7 @@ FIGURES.register(
     DesignFigure(
         _response,
         "Pressure and displacement",
-        "Simulated displacements against the pressure.",
+        "Simulated displacements over the pressure.",
         of_simulation=True,
     ),
 )
@@ -138,7 +138,7 @@ def drawn(design: OptimisedDesign, name: str, format: str) -> tuple[str, bytes]:
     Args:
         design: the design.
         name: of the figure.
-        format: ``png`` or ``svg``; pixels are always PNG.
+        format: ``png``, ``svg`` or ``pdf``; pixels are always PNG.
 
     Raises:
         CannotDraw: if it needs what this machine or the design does not have.
@@ -158,7 +158,7 @@ def plot_design(
     Args:
         design: the design.
         folder: where the files go; their names begin with the case's.
-        format: ``png`` or ``svg``; pixels are always PNG.
+        format: ``png``, ``svg`` or ``pdf``; pixels are always PNG.
         only: names of the figures to draw; all that can be drawn if there are none.
 
     Returns:

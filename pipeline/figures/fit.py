@@ -20,8 +20,8 @@ def style_of(law: str) -> tuple[str, str]:
     return COLOURS[colour], STROKES[stroke % len(STROKES)]
 
 
-def fit(result: Result) -> Figure:
-    """Engineering stress against stretch: all rows, those near rest, and what each law misses of what is fitted."""
+def fit(result: Result, title: str = "") -> Figure:
+    """Engineering stress against stretch: all rows, those near rest, and what each law misses; a title stands above."""
     figure = Figure(figsize=(10.4, 6.0), dpi=110, layout="constrained")
     axes = figure.subplot_mosaic([["whole", "near"], ["whole", "missed"]], height_ratios=(2.4, 1.0))
     whole, near, missed = axes["whole"], axes["near"], axes["missed"]
@@ -65,4 +65,5 @@ def fit(result: Result) -> Figure:
     for panel in axes.values():
         panel.grid(alpha=0.3)
     whole.legend(framealpha=0.9, edgecolor="none", fontsize=8)
+    figure.suptitle(title)
     return figure

@@ -9,6 +9,9 @@ from pipeline.results.design import OptimisedDesign
 from pipeline.store.tables import as_csv
 from stages.design import HISTORY
 
+#: Room above and below a curve over its height, and the least term that is drawn over the largest.
+ROOM, LEAST = 0.08, 1e-6
+
 
 def history(design: OptimisedDesign) -> Figure:
     """C and C0, and the other terms, against the number of the design update."""
@@ -17,11 +20,17 @@ def history(design: OptimisedDesign) -> Figure:
     left, right = figure.subplots(1, 2)
     left.plot(columns["update"], columns["C"], color="#1f4e79", label="C")
     left.plot(columns["update"], columns["C0"], color="#c55a11", label="C0")
-    low, high = columns["C0"].min(), max(0.02, float(columns["C0"].max()))
-    left.set(xlabel="design update", ylabel="objective", ylim=(1.1 * low if low < 0.0 else low, high))
+    # As long as constraints are far from fulfilled, C is far above what matters later.
+    low, high = (float(function(columns["C0"])) for function in (np.min, np.max))
+    high = max(high, float(columns["C"][-1]), 0.0)
+    room = ROOM * ((high - low) or 1.0)
+    left.set(xlabel="design update", ylabel="objective", ylim=(low - room, high + room))
     for name in ("C_A", "C_i", "C_psi", "C_p"):
         right.plot(columns["update"], np.where(columns[name] > 0.0, columns[name], np.nan), label=name)
-    right.set(xlabel="design update", ylabel="terms", yscale="log", ylim=(1e-6, 1e-1))
+    right.set(xlabel="design update", ylabel="terms", yscale="log")
+    low, high = right.get_ylim()
+    right.set_ylim(max(low, LEAST * high), high)
+    figure.suptitle(design.name)
     for axes in (left, right):
         axes.grid(alpha=0.3)
         axes.legend(frameon=False)

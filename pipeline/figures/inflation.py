@@ -15,13 +15,14 @@ PRINTED, FIELD = "#c55a11", "#1f4e79"
 PANELS = {"elongation": "travel of the spring's end [mm]", "T3": "T3 [mm]", "theta2": "arm rotation θ2 [degrees]"}
 
 
-def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | None = None) -> Figure:
+def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | None = None, title: str = "") -> Figure:
     """Travel of the spring's end, T3 and θ2 over the pressure, and the optimiser's values at p_in.
 
     Args:
         found: the response of the part.
         simulation: of the density field, if there is one; drawn as far as the part's pressure goes.
         rig: draws in kPa and mm of the part; N/mm² and mm of the computed actuator without.
+        title: above the figure, such as the name of the part.
     """
     curve = found.curves
     figure = Figure(figsize=(12.0, 4.2), dpi=110, layout="constrained")
@@ -45,6 +46,7 @@ def inflation(found: Curves, simulation: Curves | None = None, rig: RigUnits | N
         axes.set(xlabel=f"pressure [{unit}{of_part}]", ylabel=words.replace("mm", f"mm{of_part}"))
         axes.grid(alpha=0.3)
     figure.axes[0].legend(frameon=False)
+    figure.suptitle(title)
     return figure
 
 

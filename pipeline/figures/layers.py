@@ -51,8 +51,8 @@ def mask_png(cut: Slice, part: Standing, shape: tuple[int, int], pixel: float) -
     return stream.getvalue()
 
 
-def layers(result: Result) -> Figure:
-    """The area of the layers against their height."""
+def layers(result: Result, title: str = "") -> Figure:
+    """The area of the layers against their height; ``title`` stands above, such as the name of the part."""
     from matplotlib.figure import Figure  # slow to load, and not needed for single slices
 
     figure = Figure(figsize=(8.0, 4.2), dpi=110, layout="constrained")
@@ -62,6 +62,7 @@ def layers(result: Result) -> Figure:
     axes.plot(result.heights[largest], result.areas[largest], "o", color="#c55a11", label="largest area")
     axes.set(xlabel="height above the platform [mm]", ylabel="area of the layer [mm²]", xlim=(0.0, result.part.height))
     axes.set_ylim(bottom=0.0)
+    axes.set_title(title)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return figure

@@ -1,4 +1,4 @@
-"""A figure as the bytes of a file: PNG with few colours, or SVG; the same figure gives the same bytes."""
+"""A figure as the bytes of a file: PNG with few colours, SVG or PDF; the same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -19,11 +19,13 @@ logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 #: What a figure is: matplotlib's, or the pixels that VTK drew.
 Drawn = Figure | Image.Image
 
+#: What the formats that hold lines as such call the date, and the pixels of the rest in them, dots per inch.
+DATES, PIXELS = {"svg": "Date", "pdf": "CreationDate"}, 150
 WHITE = (255, 255, 255)
 
 
 def save(figure: Drawn, path: Path) -> None:
-    """Write a figure; the ending of the path, ``.png`` or ``.svg``, decides the format.
+    """Write a figure; the ending of the path, ``.png``, ``.svg`` or ``.pdf``, decides the format.
 
     Raises:
         OSError: if the folder or the disk does not take it.
@@ -36,7 +38,7 @@ def encoded(figure: Drawn, format: str, name: str) -> bytes:
 
     Args:
         figure: pixels become PNG whatever the format.
-        format: ``png`` or ``svg``.
+        format: ``png``, ``svg`` or ``pdf``.
         name: of the figure; it tells the parts of an SVG from those of another one on the same page.
     """
     if isinstance(figure, Image.Image):
@@ -44,9 +46,10 @@ def encoded(figure: Drawn, format: str, name: str) -> bytes:
     written = io.BytesIO()
     # Without a date and with names that are not drawn by lot, the same figure gives the same bytes.
     with rc_context({"svg.hashsalt": name}):
-        figure.savefig(written, format=format, metadata={"Date": None} if format == "svg" else None)
-    if format == "svg":
-        return written.getvalue()
+        if date := DATES.get(format):
+            figure.savefig(written, format=format, metadata={date: None}, dpi=PIXELS)
+            return written.getvalue()
+        figure.savefig(written, format=format)
     with Image.open(written, formats=["PNG"]) as drawn:
         return _with_fewer_colours(drawn)
 

@@ -22,6 +22,7 @@ SHARP = 35.0
 AMBIENT = 0.4
 #: To the light: to the right, up and to the eye.
 LIGHT = np.array([0.3, 0.5, 1.0])
+Direction = tuple[float, float, float]
 
 
 def split_at_sharp_edges(surface: Surface, sharp: float = SHARP) -> tuple[Ints, Ints]:
@@ -58,17 +59,15 @@ def vertex_normals(vertices: Floats, triangles: Ints) -> Floats:
     return summed / np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def projection(direction: tuple[float, float, float]) -> Floats:
-    """Rows to the right, up and to the eye, (3, 3), for an eye in a direction and X3 upwards."""
+def projection(direction: Direction, up: Direction = (0.0, 0.0, 1.0)) -> Floats:
+    """Rows to the right, up and to the eye, (3, 3), for an eye in a direction and X3, or another one, upwards."""
     eye = np.array(direction) / np.linalg.norm(direction)
-    right = np.cross((0.0, 0.0, 1.0), eye)
+    right = np.cross(up, eye)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(eye, right), eye])
 
 
-def draw_solid(
-    axes: Axes, surface: Surface, direction: tuple[float, float, float], colour: str, zorder: float = 1.0
-) -> Any:
+def draw_solid(axes: Axes, surface: Surface, direction: Direction, colour: str, zorder: float = 1.0) -> Any:
     """Draw a surface, seen from a direction, in the projection's millimetres.
 
     Args:

@@ -25,7 +25,12 @@ MOST_TICKS = 5
 
 
 def sweep(
-    table: list[dict[str, Any]], keys: Sequence[str], *, grid: bool = True, logarithmic: Collection[str] = ()
+    table: list[dict[str, Any]],
+    keys: Sequence[str],
+    *,
+    grid: bool = True,
+    logarithmic: Collection[str] = (),
+    title: str = "",
 ) -> Figure:
     """Curves over the key with the most values, one per combination of the others, or a map of two keys.
 
@@ -34,6 +39,7 @@ def sweep(
         keys: what was varied.
         grid: whether every value is combined with every other; else the first with the first and so on.
         logarithmic: keys whose axis is logarithmic.
+        title: above the figure, such as the name of the case that was varied.
     """
     values = {key: list(dict.fromkeys(row[key] for row in table)) for key in keys}
     along = max(keys, key=lambda key: len(values[key])) if grid else keys[0]
@@ -51,6 +57,7 @@ def sweep(
             axes.grid(alpha=0.3)
             if along in logarithmic:
                 axes.set_xscale("log")
+    figure.suptitle(title)
     handles, labels = panels[0].get_legend_handles_labels()
     if others and not mapped and len(labels) <= MOST_LISTED:
         figure.legend(handles, labels, title=", ".join(others), loc="outside right upper", frameon=False)

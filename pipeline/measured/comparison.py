@@ -164,7 +164,7 @@ class Comparison:
         """Write figure, report and table.
 
         Args:
-            format: of the figure, ``png`` or ``svg``.
+            format: of the figure, ``png``, ``svg`` or ``pdf``.
 
         Raises:
             OSError: if the folder or the disk does not take a file.

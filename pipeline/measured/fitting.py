@@ -169,7 +169,7 @@ def fit_file(
         from pipeline.figures.fit import fit as fit_figure
         from pipeline.figures.saving import save
 
-        save(fit_figure(result), figure)
+        save(fit_figure(result, path.name), figure)
     return FitReport(path, test, result, figure)
 
 

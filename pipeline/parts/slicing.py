@@ -55,7 +55,7 @@ class Sliced:
         rows = ((row, f"{height:.6g}", f"{area:.9g}", count) for row, (height, area, count) in enumerate(columns, 1))
         make_folder(table.parent)
         write_bytes(table, as_csv(("layer", "height_mm", "area_mm2", "outlines"), rows).encode())
-        save(layers(result), plot)
+        save(layers(result, self.part.name), plot)
         largest = int(result.areas.argmax())
         return {
             "part": str(self.part),
@@ -85,11 +85,14 @@ class Sliced:
             pixel: side of a pixel of a mask, mm.
 
         Raises:
-            Fault: if a number, a height or the size of a mask is out of range (USAGE).
+            Fault: if a number, a height or the size of a mask is out of range, or the format another one (USAGE).
             OSError: if the folder or the disk does not take a file.
         """
         from pipeline.figures.layers import mask_png, outlines_svg  # loads a drawing library
 
+        if format not in ("svg", "png"):
+            sentence = f"--format {format} is for the plot of all layers; a slice is svg, in mm, or png, a mask."
+            raise Fault(ExitCode.USAGE, sentence)
         part = self.result.part
         wanted = [*map(self._layer, numbers), *map(self._height, heights)]
         shape = _shape(part.high - part.low, pixel) if format == "png" else (0, 0)

@@ -232,7 +232,7 @@ def _find_inflation(job: Job, found: Gathered) -> None:
     row = next((row for row in found.stages if row.stage == "inflate" and row.header), None)
     if row:
         found.inflation, found.inflated = read_inflation(row.path), read_states(row.path)
-        figure = inflation_figure(found.inflation, found.simulation, found.rig)
+        figure = inflation_figure(found.inflation, found.simulation, found.rig, found.inflation.name)
         found.inflation_figure = _address("svg", encoded(figure, "svg", "inflation"))
     elif found.summary("export").get("holds_air"):
         found.missing.append(Missing("what the part does under pressure", _command("inflate", found.part or job.part)))

@@ -27,6 +27,7 @@ from pipeline.figures.inflated import END
 from pipeline.figures.offscreen import ABOVE, BODY
 from pipeline.figures.saving import encoded
 from pipeline.figures.shading import draw_solid, split_at_sharp_edges
+from pipeline.figures.states import completed
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.inflation import Inflated
 
@@ -141,14 +142,7 @@ def displayed_inflated(state: Inflated) -> DisplayedPart:
     points, moved, strain = state.points[used], state.displacement[used], state.strain[used]
     triangles = triangles.reshape(-1, 3)
     if state.half:
-        # Vertices on the plane of symmetry are those of both halves.
-        other = np.flatnonzero(points[:, 1] > 0.0)
-        number = np.arange(len(points))
-        number[other] = len(points) + np.arange(len(other))
-        across = np.array([1.0, -1.0, 1.0])
-        triangles = np.concatenate([triangles, number[triangles][:, ::-1]])
-        points, moved = (np.concatenate([each, each[other] * across]) for each in (points, moved))
-        strain = np.concatenate([strain, strain[other]])
+        points, triangles, (moved, strain) = completed(points, triangles, moved, strain)
     whole, size = Surface(points, triangles), float(np.ptp(points, axis=0).max())
     simple, off = _simplified(whole, size, 0.0)
     # Edges are collapsed onto vertices that stay.

@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from actuator.arrays import Floats, Ints
 from pipeline.case.model import stored_case
 from pipeline.results.simulation import rig_units
@@ -58,6 +56,11 @@ class Inflated:
     half: bool
 
 
+def part_name(path: Path) -> str:
+    """The name of the part, by that of the artifact of ``inflate``."""
+    return path.name.removesuffix(".inflation.h5")
+
+
 def read_inflation(path: Path) -> Inflation:
     """Read the curve in an artifact of ``inflate``.
 
@@ -67,8 +70,7 @@ def read_inflation(path: Path) -> Inflation:
     case = stored_case(artifact.read_header(path).case_resolved, path)
     summary = contents.summary(path, "inflate")
     rig = replace(rig_units(case), scale=summary["scale"])
-    name = path.name.removesuffix(".inflation.h5")
-    return Inflation(name, artifact.read_group(path, "inflate", "curves"), summary, rig)
+    return Inflation(part_name(path), artifact.read_group(path, "inflate", "curves"), summary, rig)
 
 
 def read_states(path: Path) -> Inflated | None:
@@ -77,21 +79,33 @@ def read_states(path: Path) -> Inflated | None:
     Raises:
         Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
     """
+    states = read_path(path)
+    before = [load for load in states if load <= TARGET]
+    return states[max(before) if before else min(states)] if states else None
+
+
+def read_path(path: Path) -> dict[float, Inflated]:
+    """Read all states, by ascending load factor, from an artifact of ``inflate``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+    """
     if not artifact.holds(path, "inflate", "states"):
-        return None
+        return {}
     found, summary = artifact.read_group(path, "inflate", "states"), contents.summary(path, "inflate")
-    n, loads = len(found["points"]), found["load_factor"]
-    number = max(int(np.searchsorted(loads, TARGET, side="right")) - 1, 0)
-    here = slice(n * number, n * (number + 1))
-    return Inflated(
-        found["points"],
-        found["connectivity"].reshape(-1, 10),
-        found["boundary"],
-        found["displacement"][here],
-        found["strain"][here],
-        summary["strain_limit"],
-        summary["half"],
-    )
+    n, cells = len(found["points"]), found["connectivity"].reshape(-1, 10)
+    return {
+        float(load): Inflated(
+            found["points"],
+            cells,
+            found["boundary"],
+            found["displacement"][n * number : n * (number + 1)],
+            found["strain"][n * number : n * (number + 1)],
+            summary["strain_limit"],
+            summary["half"],
+        )
+        for number, load in enumerate(found["load_factor"])
+    }
 
 
 def as_csv(inflation: Inflation) -> str:

@@ -72,6 +72,38 @@ def read_simulation(path: Path) -> Simulation:
     return Simulation(name, artifact.read_group(path, "simulate", "curves"), summary)
 
 
+@dataclass(frozen=True)
+class Fields:
+    """The stored states of a simulation.
+
+    Attributes:
+        chi: design field at the nodes, (n_nodes,); the vertices come first.
+        loads: load factors, ascending, (n_states,).
+        displacement: mm, (n_states, n_nodes, 3).
+        pressure: N/mm², (n_states, n_nodes).
+    """
+
+    chi: Floats
+    loads: Floats
+    displacement: Floats
+    pressure: Floats
+
+
+def read_fields(path: Path) -> Fields:
+    """Read the states in an artifact of ``simulate``.
+
+    Raises:
+        Fault: if the artifact is missing, unreadable, of another stage, or holds no states (ARTIFACT).
+    """
+    if not artifact.holds(path, "simulate", "states"):
+        sentence = f"{path}: holds no states; name load factors in simulate.states and run `poro simulate` again."
+        raise Fault(ExitCode.ARTIFACT, sentence)
+    found = artifact.read_group(path, "simulate", "states")
+    loads, n = found["load_factor"], len(found["points"])
+    shape = len(loads), n
+    return Fields(found["chi"], loads, found["displacement"].reshape(*shape, 3), found["pressure"].reshape(shape))
+
+
 def as_csv(simulation: Simulation, rig: RigUnits | None = None) -> str:
     """The curve as a table with the units in its first line, and in the rig's units if they are given."""
     columns = {f"{name} [{UNITS.get(name, '1')}]": simulation.curves[name] for name in COLUMNS}

@@ -100,7 +100,7 @@ def _curves_figure(job: Job, step: Step, path: Path) -> Said:
     from pipeline.figures.saving import save
     from pipeline.results.simulation import read_simulation
 
-    save(response(read_simulation(step.path), rig_sheet.part_units(job)), path)
+    save(response(read_simulation(step.path), rig_sheet.part_units(job), job.case.name), path)
     return {}
 
 
@@ -128,7 +128,7 @@ def _inflation_figure(job: Job, step: Step, path: Path) -> Said:
     simulated, adopted = job.artifact("simulate"), is_solid(job.argument)
     beside = read_simulation(simulated) if not adopted and is_current(simulated) else None
     found = _inflated(job, step)
-    save(inflation(found, beside, found.rig), path)
+    save(inflation(found, beside, found.rig, found.name), path)
     return {}
 
 
@@ -136,12 +136,12 @@ def _inflated_figure(job: Job, step: Step, path: Path) -> Said | None:
     if step.runs or not path.exists():
         from pipeline.figures.inflated import inflated
         from pipeline.figures.saving import save
-        from pipeline.results.inflation import read_states
+        from pipeline.results.inflation import part_name, read_states
 
         states = read_states(step.path)
         if states is None:  # interrupted before the first
             return None
-        save(inflated(states), path)
+        save(inflated(states, part_name(step.path)), path)
     return {}
 
 

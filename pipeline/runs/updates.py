@@ -132,6 +132,21 @@ def clear(job: Job) -> None:
     shutil.rmtree(job.files.updates, ignore_errors=True)
 
 
+def kept(job: Job) -> Kept:
+    """The fields of a case's design updates so far: of its artifact, and of an optimisation under way or interrupted.
+
+    Raises:
+        Fault: if there is neither, or the artifact is unreadable (ARTIFACT).
+    """
+    files = {} if job.given else Place(job.files.updates, path_header(job, STAGE)).found()
+    finished = job.artifact(OPTIMIZE)
+    found = read(finished) if finished.exists() or not files else {}
+    newer = {
+        number: dict(zip(FIELDS, artifact.read(path, STAGE, *FIELDS), strict=True)) for number, path in files.items()
+    }
+    return found | newer
+
+
 def read(path: Path) -> Kept:
     """The fields of the design updates that an artifact of ``optimize`` keeps; none if it keeps none.
 

@@ -65,7 +65,10 @@ def write(sweep: Sweep, table: list[Row]) -> list[Path]:
     if any(row["C0"] is not None for row in table):
         files.append(sweep.result("png"))
         study = sweep.study
-        save(sweep_figure(table, study.keys, grid=study.grid, logarithmic=study.logarithmic), files[-1])
+        save(
+            sweep_figure(table, study.keys, grid=study.grid, logarithmic=study.logarithmic, title=sweep.study.name),
+            files[-1],
+        )
     return files
 
 

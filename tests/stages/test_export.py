@@ -172,8 +172,8 @@ def test_islands_can_be_refused() -> None:
 
 def test_islands_that_are_much_of_the_part_are_not_removed_unless_allowed(folder: Path, poro: Poro) -> None:
     """A part of three bodies, the largest of which has most of the volume but not nearly all."""
-    before = (folder / "tiny.stl").read_bytes()
-    with edited(folder / "tiny.solid.h5") as file:
+    before = (folder / "tiny/tiny.stl").read_bytes()
+    with edited(folder / "tiny/details/tiny.solid.h5") as file:
         points, triangles = file["surface/points"][()], file["surface/connectivity"][()]
         cubes = [
             trimesh.creation.box((5.0, 5.0, 5.0), trimesh.transformations.translation_matrix((7.5, y, -30.0)))
@@ -190,7 +190,7 @@ def test_islands_that_are_much_of_the_part_are_not_removed_unless_allowed(folder
     share = float(re.search(r"2 bodies float beside the part and are (.*?) % of the volume", ended.err)[1])
     assert share == pytest.approx(100.0 * 250.0 / (250.0 + trimesh.load("tiny.stl").volume), rel=1e-2)
     assert "125 mm³ at (7.5, -9.0, -30.0) mm" in ended.err
-    assert (folder / "tiny.stl").read_bytes() == before
+    assert (folder / "tiny/tiny.stl").read_bytes() == before
     ended = poro("export", "tiny.solid.h5", "--most-removed", 0.5)
     assert ended.code == ExitCode.OK, ended.err
     assert re.search(r"bodies removed +2, together 250\.00 mm", ended.out)

@@ -88,7 +88,7 @@ def test_export_writes_the_sheet(folder: Path, poro: Poro) -> None:
     again = poro("export", "tiny.h5").out
     assert "part                scale 1, Young's modulus 1 N/mm²: p_in 20 kPa\n" in again
     assert "rig                 p_in 20 kPa" in again
-    (folder / "tiny.rig.md").unlink()
+    (folder / "tiny/tiny.rig.md").unlink()
     assert "N/mm²: p_in 54.7 kPa\n" in poro("export", "tiny.h5").out
 
 

@@ -152,10 +152,10 @@ def test_rig_units_in_table_and_figure(simulated: Path, poro: Poro) -> None:
     found = read_simulation(simulated / "tiny/details/tiny.simulation.h5")
     rig = RigUnits(ProblemSettings(), 1.5, 1.0)
     axes = response(found, rig).axes[0]
-    pressures = np.concatenate([line.get_ydata() for line in axes.lines])
+    pressures = np.concatenate([line.get_xdata() for line in axes.lines])
     assert pressures.max() == pytest.approx(1.2 * 20.0)
-    assert "kPa" in axes.get_ylabel()
-    assert "N/mm²" in response(found).axes[0].get_ylabel()
+    assert "kPa" in axes.get_xlabel()
+    assert "N/mm²" in response(found).axes[0].get_xlabel()
     assert as_csv(found).splitlines()[0].count("rig") == 0
 
 

@@ -279,7 +279,7 @@ def test_lost_sample_is_named_in_report_and_json(simulated: Path, measured: Path
     assert ended.code == 0, ended.err
     assert "left out            1 row far off in 'displacement_mm', first in line 307: '9999'" in ended.out
     assert "1 row without a number in 'displacement_mm', first in line 702: 'NaN'" in ended.out
-    found = json.loads((simulated / "tiny.compare.json").read_text())
+    found = json.loads((simulated / "tiny/details/tiny.compare.json").read_text())
     assert [(each["count"], each["line"], each["text"]) for each in found["left_out"]] == [
         (1, 702, "NaN"),
         (1, 307, "9999"),
@@ -295,7 +295,8 @@ def test_assumed_sensitivity_is_said_and_a_reversed_sensor_turned(simulated: Pat
     assert ended.code == 0, ended.err
     assert "19.17 kPa/V, of the paper's Honeywell 142PC15D, is assumed; give" in ended.out
     assert "the pressure falls from where most rows are, at rest; its sign was turned" in ended.out
-    assert json.loads((simulated / "tiny.compare.json").read_text())["assumed"] == {"pressure_sensitivity": 19.17}
+    stored = json.loads((simulated / "tiny/details/tiny.compare.json").read_text())
+    assert stored["assumed"] == {"pressure_sensitivity": 19.17}
     found = json.loads(poro("compare", "tiny.h5", volts, *PART, "--pressure-sensitivity", "11.11", "--json").out)
     assert found["assumed"] == {}
     assert found["alignment"]["pressure_turned"]
@@ -308,14 +309,14 @@ def test_several_files_give_mean_and_spread(simulated: Path, poro: Poro) -> None
     assert ended.code == 0, ended.err
     assert "4 cycles compared" in ended.out
     assert "21.60, 22.40 mm, ± 0.57 mm between the files" in ended.out
-    found = json.loads((simulated / "tiny.compare.json").read_text())
+    found = json.loads((simulated / "tiny/details/tiny.compare.json").read_text())
     assert [one["measured"] for one in found["recordings"]] == [str(file) for file in files]
     assert found["target"]["measured_mm"] == pytest.approx(22.0, abs=0.01)
     assert found["target"]["spread_recordings_mm"] == pytest.approx(0.8 / np.sqrt(2.0), abs=0.01)
 
 
 def test_angle_and_force_are_compared_with_theirs(inflated: Path, measured: Path, poro: Poro) -> None:
-    path = inflated / "tiny.inflation.h5"
+    path = inflated / "tiny/details/tiny.inflation.h5"
     curves = artifact.read_group(path, "inflate", "curves")
     curves["theta2"] = np.radians(curves["load_factor"] * 12.0)
     datasets = {f"curves/{name}": Dataset(values, "", "") for name, values in curves.items()}
@@ -327,7 +328,7 @@ def test_angle_and_force_are_compared_with_theirs(inflated: Path, measured: Path
     assert ended.code == 0, ended.err
     assert "measured 13.20 ± " in ended.out
     assert "predicted 12.00 deg: +1.20 deg (+10.0 %)" in ended.out
-    found = json.loads((inflated / "tiny.compare.json").read_text())
+    found = json.loads((inflated / "tiny/details/tiny.compare.json").read_text())
     angle, force = found["other_answers"]
     assert (angle["answer"], force["answer"]) == ("angle", "force")
     stiffness = rig.run(ProblemSettings(), 1.5, 1.0, rig.Settings()).spring_stiffness

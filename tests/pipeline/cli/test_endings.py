@@ -80,4 +80,4 @@ def test_warnings_of_libraries_go_to_the_log(folder: Path, poro: Poro, monkeypat
     assert ended.code == ExitCode.OK
     assert json.loads(ended.out)["name"] == "tiny"
     assert "ill-conditioned" not in ended.err + ended.out
-    assert "a matrix is ill-conditioned" in (folder / "tiny.log").read_text()
+    assert "a matrix is ill-conditioned" in (folder / "tiny/details/tiny.log").read_text()

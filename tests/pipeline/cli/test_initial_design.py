@@ -54,7 +54,7 @@ def test_a_wall_of_given_thickness(poro: Poro, tmp_path: Path) -> None:
 def test_the_result_of_another_case_on_another_mesh(folder: Path, poro: Poro) -> None:
     (folder / "next.yaml").write_text(FINER + "initial: {file: tiny.h5}\n")
     assert poro("optimize", "next.yaml", *BEGIN).code == ExitCode.OK
-    mine, source = chi_of(folder / "next.h5"), chi_of(folder / "tiny.h5")
+    mine, source = chi_of(folder / "next.h5"), chi_of(folder / "tiny/tiny.h5")
     assert source.min() <= mine.min() < mine.max() <= source.max()
     axis = HalfCylinder(15.0, 15.0, 3, 1, 3).points[:, 1:] == 0.0
     coarse = HalfCylinder(15.0, 15.0, 2, 1, 3).points[:, 1:] == 0.0
@@ -113,9 +113,9 @@ def test_what_is_no_use_is_said(folder: Path, poro: Poro, section: str, code: Ex
 
 def test_from_python(folder: Path) -> None:
     case = door.with_changes(door.read_case(folder / "tiny.yaml"), {"optimizer.max_updates": 0, "compute.threads": 1})
-    design = door.load(folder / "tiny.h5")
+    design = door.load(folder / "tiny/tiny.h5")
     np.testing.assert_array_equal(door.optimize(case, initial=design).chi, design.chi)
-    named = door.with_changes(case, {"initial.file": str(folder / "tiny.h5")})
+    named = door.with_changes(case, {"initial.file": str(folder / "tiny/tiny.h5")})
     np.testing.assert_array_equal(door.optimize(named).chi, design.chi)
-    part = door.optimize(case, initial=door.load(folder / "tiny.stl"))
+    part = door.optimize(case, initial=door.load(folder / "tiny/tiny.stl"))
     assert not np.array_equal(part.chi, design.chi)

@@ -49,10 +49,10 @@ def on_terminal(folder: Path, columns: int, *arguments: str, **variables: str) -
 
 
 def test_quiet_leaves_faults_and_names_of_files(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     ended = poro("-q", "mirror", "tiny.yaml", *HERE)
     assert (ended.code, ended.out, ended.err) == (ExitCode.OK, "tiny.solid.h5\n", "")
-    assert "mirror: missing" in (folder / "tiny.log").read_text(encoding="utf-8")
+    assert "mirror: missing" in (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")
     assert poro("mirror", "tiny.yaml", *HERE, "-q").out == "tiny.solid.h5\n"
     wrong = poro("mirror", "-q", "other.yaml", *HERE)
     assert (wrong.code, wrong.out) == (ExitCode.USAGE, "")
@@ -60,14 +60,14 @@ def test_quiet_leaves_faults_and_names_of_files(folder: Path, poro: Poro) -> Non
 
 
 def test_verbose_shows_what_goes_into_the_log(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     for arguments in (("-v", "mirror", "tiny.yaml"), ("mirror", "tiny.yaml", "--verbose", "--force")):
         said = poro(*arguments, *HERE).err
         assert re.search(r"^poro \d.*: tiny.yaml$", said, flags=re.MULTILINE)
         assert re.search(r"^mirror: tiny.solid.h5 written, [\d.]+ kB, after [\d.]+ s$", said, flags=re.MULTILINE)
         assert said.count("triangles") == 1  # what all are told is not told twice
     assert "written" not in poro("mirror", "tiny.yaml", "--force", *HERE).err
-    assert "written" in (folder / "tiny.log").read_text(encoding="utf-8")
+    assert "written" in (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")
 
 
 def test_a_stage_s_command_tells_that_stage_and_points_to_the_design(folder: Path, poro: Poro) -> None:
@@ -83,7 +83,7 @@ def test_a_stage_s_command_tells_that_stage_and_points_to_the_design(folder: Pat
 
 
 def test_verdicts_are_coloured_on_terminals_that_have_colours(folder: Path, poro: Poro) -> None:
-    (folder / "tiny.solid.h5").unlink()
+    (folder / "tiny/details/tiny.solid.h5").unlink()
     status = ("status", "tiny.yaml", *HERE)
     shown = on_terminal(folder, 80, *status)
     assert "\x1b[32mup to date" in shown

@@ -27,7 +27,7 @@ def test_value_is_part_of_the_content_key_and_is_recorded(folder: Path, poro: Po
     changed = ("--set", "refine.factor=1")
     assert plan(poro, "mirror", *changed)["refine"] == (True, ["settings changed: refine.factor 2 → 1"])
     assert poro("refine", "tiny.yaml", *HERE, *changed).code == ExitCode.OK
-    header = artifact.read_header(folder / "tiny.refined.h5")
+    header = artifact.read_header(folder / "tiny/details/tiny.refined.h5")
     assert (header.replaced, header.case_resolved["refine"]["factor"]) == ({"refine.factor": 2}, 1)
     # With the same value there is nothing to do, for `status` neither without it; the file's own value is due again.
     assert not plan(poro, "refine", *changed)["refine"][0]
@@ -42,7 +42,8 @@ def test_keys_nested_deeper_and_lists_are_set_too(folder: Path, poro: Poro) -> N
     assert "material.law.c2 unset → 0.1" in plan(poro, "run", *law)["optimize"][1][0]
     (folder / "tiny.yaml").write_text(TINY + "simulate: {max_load: 0.3, states: [0.2]}\n")
     assert poro("simulate", "tiny.yaml", *HERE, "--set", "simulate.states=[0.1, 0.2]", "--threads", 1).code == 0
-    assert artifact.read_header(folder / "tiny.simulation.h5").case_resolved["simulate"]["states"] == [0.1, 0.2]
+    header = artifact.read_header(folder / "tiny/details/tiny.simulation.h5")
+    assert header.case_resolved["simulate"]["states"] == [0.1, 0.2]
     assert not plan(poro, "status")["simulate"][0]
 
 

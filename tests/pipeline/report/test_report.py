@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from command_line import TINY, Poro, edited
 from lxml.html import HtmlElement
 from synthetic import EXAMPLE, Truth, recording
 
-from pipeline.figures import designs, views
+from pipeline.figures import designs
 from pipeline.figures.offscreen import CannotDraw
 from pipeline.report import page as report
 from pipeline.results.simulation import read_simulation
@@ -70,7 +71,7 @@ def test_pressure_and_travel_are_those_of_the_rigs_sheet(
     exported = poro("export", "tiny.h5", "--scale", "1.5", "--youngs", "1 MPa", "--json")
     assert exported.code == 0, exported.err
     found = json.loads(exported.out)
-    sheet = (folder / "tiny.scale-1.5.rig.md").read_text(encoding="utf-8")
+    sheet = (folder / "tiny/tiny.scale-1.5.rig.md").read_text(encoding="utf-8")
     travel = f"{1.5 * abs(found['spring_elongation']):.2f} mm"
     assert "| pressure p_in | 20 kPa |" in sheet
     assert f"at p_in | {travel}," in sheet
@@ -319,17 +320,18 @@ def test_design_without_solid_is_reported(
     assert page.xpath("//script") == []
 
 
-def test_without_opengl_the_report_says_so(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_drawn_is_said_in_the_report(poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def ended_badly(*_: object) -> None:
-        raise CannotDraw("VTK cannot draw on this machine.")
+        raise CannotDraw("no facet of the mesh lies in the plane X2 = 0")
 
-    monkeypatch.setattr(designs, "figures_of", lambda design: {"views": designs.FIGURES["views"]})
+    section = replace(designs.FIGURES["section"], draw=ended_badly)
+    monkeypatch.setattr(designs, "figures_of", lambda design: {"section": section})
+    monkeypatch.setattr(designs, "FIGURES", {"section": section})
     monkeypatch.setattr(report, "displayed", lambda design: None)
-    monkeypatch.setattr(views, "drawn_apart", ended_badly)
     ended = poro("report", "tiny.h5", "--no-check")
     assert ended.code == 0, ended.err
-    assert "Views: VTK cannot draw" in ended.out
-    assert "VTK cannot draw" in section_of(read(folder / "tiny/tiny.report.html"), "figures")
+    assert "Section: no facet" in ended.out
+    assert "no facet" in section_of(read(folder / "tiny/tiny.report.html"), "figures")
 
 
 # ------------------------------------------------------------------------------------------------ what goes wrong
@@ -378,4 +380,4 @@ def test_bad_files_have_a_sentence(
 def test_report_goes_where_it_is_wanted(poro: Poro, folder: Path, quickly: None) -> None:
     assert poro("report", "tiny.h5", "--no-check", "--output", "elsewhere").out == "elsewhere/tiny.report.html\n"
     # What belongs to the artifact lies beside it, not where the report goes.
-    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny.report.html"), "stage-table")
+    assert "export up to date" in text_of(read(folder / "elsewhere" / "tiny/tiny.report.html"), "stage-table")

@@ -136,7 +136,7 @@ def test_interrupted_sweep_ends_its_cases_and_continues(
     assert "Interrupted with 2 of 2 cases left; run the same command to continue." in said
     assert first.exists()
     folder = first.parents[1]
-    assert not (folder / "tiny.pressure_ratio-0.01.outcome.json").exists()
+    assert not (folder / "tiny/details/tiny.pressure_ratio-0.01.outcome.json").exists()
     log = first.with_name("tiny.pressure_ratio-0.01.log").read_text(encoding="utf-8")
     assert "which is stored" in log
     stored = int(artifact.read(first, "checkpoint", "progress/updates")[0])
