@@ -26,3 +26,8 @@ def duration(seconds: float) -> str:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
+
+
+def count(number: int, what: str) -> str:
+    """A number of things, in the singular or the plural."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

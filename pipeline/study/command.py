@@ -110,9 +110,10 @@ def refuse(table: list[Row]) -> None:
 
     Raises:
         Fault: with the exit code of the first case of the table that failed; if none failed but some have not been
-            run to an end, ARTIFACT.
+            run to an end, ARTIFACT, or BUSY if others work on all of these.
     """
-    failed = [row for row in table if row["exit_code"]]
+    busy = [row for row in table if row["exit_code"] == ExitCode.BUSY]
+    failed = [row for row in table if row["exit_code"] and row not in busy]
     missing = [row for row in table if row["exit_code"] is None]
     if failed:
         first = failed[0]
@@ -125,4 +126,10 @@ def refuse(table: list[Row]) -> None:
             ExitCode.ARTIFACT,
             f"{len(missing)} of {len(table)} cases are not run to an end, the first of them {missing[0]['name']}; "
             "run the study without --collect.",
+        )
+    if busy:
+        raise Fault(
+            ExitCode.BUSY,
+            f"{len(busy)} of {len(table)} cases are not run, the first of them {busy[0]['name']}: "
+            f"{busy[0]['sentence']}; run the same command again once that has ended.",
         )
