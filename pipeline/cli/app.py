@@ -13,8 +13,9 @@ from typing import Annotated
 
 import typer
 
+from actuator.failure import Failure
 from pipeline.cli import compare, fit, parts, results, stages, study
-from pipeline.exit_codes import ExitCode, Fault, unexpected
+from pipeline.exit_codes import ExitCode, Fault, code_of, unexpected
 from pipeline.runs.interruption import heeded
 
 _CODES = ", ".join(f"{code.value} {code.meaning}" for code in ExitCode)
@@ -78,6 +79,8 @@ def call(arguments: list[str]) -> ExitCode:
             ended = program()(arguments or ["--help"], prog_name="poro", standalone_mode=False)
     except Fault as fault:
         return _end(fault.code, str(fault))
+    except Failure as failure:
+        return _end(code_of(failure), str(failure))
     except typer.TyperException as error:
         return _end(ExitCode.USAGE, f"{error.format_message()} See `poro --help`.")
     except OSError as error:

@@ -24,10 +24,15 @@ def plot(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
+    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response.
+
+    Of an optimisation that runs or was interrupted, the state that is stored is drawn.
+    """
     from pipeline.runs import perform as commands
 
-    typer.echo(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
+    # What belongs to an artifact lies beside it, wherever the figures go.
+    job = commands.open_job(case, None if case.suffix == ".h5" else output, under_way=True)
+    typer.echo(commands.plot(job, output or job.files.folder, format, only or [], as_json=as_json))
 
 
 def report(
@@ -41,26 +46,34 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write everything there is about an optimised case into one HTML file."""
+    """Write everything there is about an optimised case into one HTML file.
+
+    Of an optimisation that runs or was interrupted, the state that is stored is reported.
+    """
     from pipeline.report.page import write_report  # loads drawing libraries
     from pipeline.results.json_output import result_json
     from pipeline.runs import perform as commands
 
-    # What belongs to an artifact lies beside it, wherever the report goes.
-    job = commands.open_job(case, None if case.suffix == ".h5" else output)
+    # As in plot.
+    job = commands.open_job(case, None if case.suffix == ".h5" else output, under_way=True)
     folder = output or job.files.folder
     commands.make_folder(folder)
-    path, problems = write_report(job, folder, check=check)
+    path, label, problems = write_report(job, folder, check=check)
     if as_json:
-        typer.echo(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+        found = {"name": job.case.name, "unfinished": label, "problems": problems}
+        typer.echo(result_json("report", found, [path]))
     else:
-        typer.echo("\n".join([str(path), *problems]))
+        typer.echo("\n".join([str(path), *filter(None, [label]), *problems]))
 
 
 def convert(
     source: Annotated[
         Path,
-        typer.Argument(metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts),
+        typer.Argument(
+            metavar="ARTIFACT",
+            help="Artifact of a stage (.h5), checkpoint, or case file (.yaml).",
+            autocompletion=completion.cases,
+        ),
     ],
     target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
     colour: Annotated[
@@ -69,21 +82,29 @@ def convert(
     deformed: Annotated[bool, typer.Option("--deformed", help="With --colour: under pressure.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour."""
+    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour.
+
+    Of a case it is the optimised design; if its optimisation runs or was interrupted, the state that is stored.
+    """
+    from pipeline.runs.under_way import artifact_of
+
+    source = artifact_of(source)
     if colour:
         from pipeline.figures.colouring import colour as write_coloured
 
-        write_coloured(source, target, colour, deformed)
+        label = write_coloured(source, target, colour, deformed)
     elif deformed:
         raise Fault(ExitCode.USAGE, "--deformed goes with --colour; add --colour pressure.")
     else:
         from pipeline.results.conversion import convert as convert_artifact
 
-        convert_artifact(source, target)
+        label = convert_artifact(source, target)
     if as_json:
         from pipeline.results.json_output import result_json
 
-        typer.echo(result_json("convert", {"source": str(source)}, [target]))
+        typer.echo(result_json("convert", {"source": str(source), "unfinished": label}, [target]))
+    elif label:
+        typer.echo(f"{target}: {label}")
 
 
 def register(app: typer.Typer) -> None:

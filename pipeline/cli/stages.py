@@ -113,16 +113,18 @@ def run_command() -> Command:
 
 
 def status(case: Source, output: Output = None, as_json: Json = False) -> None:
-    """Say which stages are up to date, and why others are not.
+    """Say which stages are up to date, why others are not, and how far an optimisation is that has not ended.
 
     What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
     The commands that run stages go by the case file and their own options: without the option they make it again.
     """
     from pipeline.runs import perform as commands
     from pipeline.runs import plan_text
+    from pipeline.runs.under_way import under_way
 
-    steps = commands.status(commands.open_job(case, output))
-    typer.echo(plan_text.as_json(steps, "status") if as_json else plan_text.as_text(steps, reasons=True))
+    job = commands.open_job(case, output, under_way=True)
+    steps, now = commands.status(job), under_way(job)
+    typer.echo(plan_text.as_json(steps, "status", now) if as_json else plan_text.as_text(steps, reasons=True, now=now))
 
 
 def _tell(text: str, fault: Fault | None) -> None:

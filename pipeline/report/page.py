@@ -33,11 +33,12 @@ from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflated, Inflation, read_inflation, read_states
 from pipeline.results.simulation import Simulation, read_simulation
 from pipeline.results.wording import duration
+from pipeline.runs.checkpoint import farthest
 from pipeline.runs.job import Job
 from pipeline.runs.plan import status
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
-from pipeline.store.atomic import write_bytes
+from pipeline.store.atomic import write_text
 from stages.chain import GOAL, STAGES, path_to
 
 WEB = resources.files("pipeline.report") / "web"
@@ -120,7 +121,7 @@ class Gathered:
         return next((row.summary for row in self.stages if row.stage == stage), {})
 
 
-def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, list[str]]:
+def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, str, list[str]]:
     """Write NAME.report.html.
 
     Args:
@@ -129,10 +130,12 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
         check: whether to make the checks of ``poro check`` where no stored ones fit the part.
 
     Returns:
-        The report, and a sentence for each figure that could not be drawn.
+        The report, what is to be said of a design that is unfinished, and a sentence for each figure that could not be
+        drawn.
 
     Raises:
-        Fault: if there is no readable artifact of ``optimize``, or another file is unreadable (ARTIFACT).
+        Fault: if there is neither a readable artifact of ``optimize`` nor a checkpoint, or another file is unreadable
+            (ARTIFACT).
         OSError: if the folder or the disk does not take the report.
     """
     found = _gather(job, check)
@@ -145,16 +148,21 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
     figures = list(_figures(found.design))
     problems += [f"{drawn.figure.title}: {drawn.problem}" for drawn in figures if drawn.problem]
     path = folder / f"{found.design.name}.report.html"
-    write_bytes(path, _page(found, figures, model, problems).encode())
-    return path, problems
+    write_text(path, _page(found, figures, model, problems))
+    return path, found.design.label, problems
 
 
 # ------------------------------------------------------------------------------------------------ what there is
 
 
 def _gather(job: Job, check: bool) -> Gathered:
-    path = job.artifact("optimize")
+    path = farthest(job)
     found = Gathered(read_design(path), artifact.read_header(path), list(_stages(job)))
+    if found.design.unfinished:  # whatever lies beside it was made of another design
+        found.stages = [replace(row, summary={}) for row in found.stages]
+        case = f"{job.case.name}.yaml" if job.argument == path else job.argument
+        found.missing.append(Missing("the end of the optimisation", _command("optimize", case)))
+        return found
     _find_part(job, found, check)
     if found.design.simulation:
         found.simulation = read_simulation(found.design.simulation)

@@ -66,7 +66,7 @@ def claimed(files: Files) -> Iterator[None]:
         # Only to be told: a full disk must not stop what may need no room.
         with contextlib.suppress(OSError):
             now = datetime.now(UTC).isoformat(timespec="seconds")
-            atomic.write_bytes(files.holder, json.dumps(asdict(Holder(os.getpid(), platform.node(), now))).encode())
+            atomic.write_text(files.holder, json.dumps(asdict(Holder(os.getpid(), platform.node(), now))))
         yield
     finally:
         with contextlib.suppress(OSError):

@@ -98,6 +98,8 @@ def open_job(
     output: Path | None = None,
     changes: Mapping[Option, Any] | None = None,
     of_case: Path | None = None,
+    *,
+    under_way: bool = False,
 ) -> Job:
     """The job that a command line describes.
 
@@ -107,6 +109,7 @@ def open_job(
             ``outputs`` in the working folder if there is one, else the working folder.
         changes: what the command line says instead of the case; None where it says nothing.
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
+        under_way: whether a checkpoint will do as the argument, or in place of an artifact that is not there yet.
 
     Raises:
         Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
@@ -120,9 +123,12 @@ def open_job(
         given, own, text = adopted(argument, of_case)
         default = argument.parent
     elif argument.suffix == ".h5":
-        given = artifact.read_header(argument)
-        _refuse_dead_end(argument, given.stage)
-        own, text = stored_case(given.case_resolved, argument), given.case_text
+        argument = or_checkpoint(argument) if under_way else argument
+        header = artifact.read_header(argument)
+        if not (under_way and header.stage == artifact.CHECKPOINT):
+            _refuse_dead_end(argument, header.stage)
+            given = header
+        own, text = stored_case(header.case_resolved, argument), header.case_text
         default = argument.parent
     else:
         own, text = read_case(find_case(argument))
@@ -130,6 +136,12 @@ def open_job(
     said = {option: value for option, value in (changes or {}).items() if value is not None}
     _refuse_impossible(output or default)
     return make_job(argument, own, text, output or default, given, said)
+
+
+def or_checkpoint(path: Path) -> Path:
+    """An artifact, or the checkpoint that stands for that of an optimisation which is not there yet."""
+    left = Files(path.parent, path.stem, "").checkpoint
+    return left if left.exists() and not path.exists() else path
 
 
 def make_job(
@@ -174,7 +186,7 @@ def make_folder(folder: Path) -> None:
 def _refuse_dead_end(argument: Path, stage: str) -> None:
     """Refuse an artifact with which no stage can go on."""
     if stage not in STAGES or (stage != GOAL and not followers(stage)):
-        kind = f"the result of '{stage}'" if stage != "checkpoint" else "a checkpoint"
+        kind = f"the result of '{stage}'" if stage != artifact.CHECKPOINT else "a checkpoint"
         raise Fault(ExitCode.ARTIFACT, f"{argument}: this is {kind}; give the case file it belongs to.")
 
 

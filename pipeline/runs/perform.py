@@ -11,6 +11,7 @@ from pipeline.results import summary
 from pipeline.results.json_output import result_json
 from pipeline.runs import beside, memory
 from pipeline.runs.adopted import identity, refuse_other
+from pipeline.runs.checkpoint import farthest
 from pipeline.runs.claim import claimed
 from pipeline.runs.execution import Execution, Unfit
 from pipeline.runs.job import Job, make_folder, open_job
@@ -81,8 +82,11 @@ def _shortfall(step: Step, found: Mapping[str, Any]) -> Fault | None:
     return Fault(code, shortfall) if shortfall else None
 
 
-def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
-    """Draw the optimised design of a job as it is; returns the names of the files, as text or as JSON.
+def plot(job: Job, folder: Path, format: str, only: list[str], *, as_json: bool) -> str:
+    """Draw the optimised design of a job as it is, or the farthest state of an unfinished one.
+
+    Returns:
+        The names of the files, as text or as JSON.
 
     Raises:
         Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), the folder cannot be made or a figure that
@@ -92,12 +96,13 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     from pipeline.figures.designs import plot_design  # loads drawing libraries
     from pipeline.results.design import read_design
 
-    design = read_design(job.artifact("optimize"))
-    make_folder(job.files.folder)
-    files, problems = plot_design(design, job.files.folder, format, only)
+    design = read_design(farthest(job))
+    make_folder(folder)
+    files, problems = plot_design(design, folder, format, only)
     if as_json:
-        return result_json("plot", {"name": job.case.name, "problems": problems}, files)
-    return "\n".join([*map(str, files), *problems])
+        found = {"name": job.case.name, "unfinished": design.label, "problems": problems}
+        return result_json("plot", found, files)
+    return "\n".join([*map(str, files), *filter(None, [design.label]), *problems])
 
 
 def _refuse_changed(steps: list[Step]) -> None:

@@ -130,7 +130,7 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     log = logging.getLogger(f"poro.{log_path}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    handler = logging.FileHandler(log_path, encoding="utf-8")
+    handler = logging.FileHandler(log_path, encoding="utf-8", errors="backslashreplace")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     try:

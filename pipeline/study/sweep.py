@@ -97,7 +97,7 @@ class Sweep:
             path = self.case_file(variant)
             make_folder(path.parent)
             head = f"One case of the study {self.study.path.name}, made by `poro sweep`; change it there."
-            text = case_text(variant.case, head).encode()
+            text = atomic.encoded(case_text(variant.case, head))
             if not path.exists() or path.read_bytes() != text:
                 atomic.write_bytes(path, text)
 
@@ -161,8 +161,8 @@ class Sweep:
         path, text = self.outcome_file(variant), json.dumps(asdict(outcome), indent=2, ensure_ascii=False) + "\n"
         # Snakemake goes by the date: what is older than its case file would be made again.
         written = path.exists() and path.stat().st_mtime >= self.case_file(variant).stat().st_mtime
-        if not written or path.read_text(encoding="utf-8") != text:
-            atomic.write_bytes(path, text.encode())
+        if not written or path.read_bytes() != atomic.encoded(text):
+            atomic.write_text(path, text)
 
     def summaries(self, variant: Variant) -> dict[str, dict[str, Any]]:
         """Summaries of the stages of a variant that are up to date."""
