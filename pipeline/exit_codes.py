@@ -7,6 +7,8 @@ from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from actuator import failure
+
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
@@ -41,6 +43,23 @@ class Fault(Exception):
     def __init__(self, code: ExitCode, sentence: str) -> None:
         super().__init__(sentence)
         self.code = code
+
+
+#: How a failure of the science ends a command; others did not converge.
+_FAILURES = {
+    failure.EmptySolid: ExitCode.BAD_SOLID,
+    failure.NotManifold: ExitCode.BAD_SOLID,
+    failure.LooseBodies: ExitCode.BAD_SOLID,
+    failure.UnreadableSolid: ExitCode.BAD_SOLID,
+    failure.InvalidField: ExitCode.ARTIFACT,
+    failure.InvalidSettings: ExitCode.USAGE,
+    failure.OutOfMemory: ExitCode.UNEXPECTED,
+}
+
+
+def code_of(error: failure.Failure) -> ExitCode:
+    """The exit code for a failure of the science."""
+    return _FAILURES.get(type(error), ExitCode.NOT_CONVERGED)
 
 
 def shown(value: Any, most: int = 60) -> str:

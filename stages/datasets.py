@@ -145,7 +145,7 @@ def design(source: Source) -> tuple[Domain, Floats]:
     """Domain and χ at its vertices, (n_vertices,), from an artifact that holds a design.
 
     Raises:
-        actuator.failure.InvalidField: if nobody registered the domain.
+        actuator.failure.InvalidField: if nobody registered the domain, or the field does not fit it.
     """
     from stages.domains import DOMAINS  # settings: only where a stage works on the design
 
@@ -155,10 +155,22 @@ def design(source: Source) -> tuple[Domain, Floats]:
     if shape not in DOMAINS:
         known = ", ".join(DOMAINS)
         raise InvalidField(f"its design domain, {shape}, is none of {known}; register it, or make the file again.")
-    return DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()}), chi
+    try:
+        domain = DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()})
+    except (TypeError, ValueError):
+        raise InvalidField(f"its {shape} is not described as it should be; make the file again.") from None
+    if chi.shape != (len(domain.points),):
+        raise InvalidField("its design field does not fit its mesh; make the file again.")
+    return domain, chi
 
 
 def surface(source: Source) -> tuple[Floats, Ints]:
-    """Vertices (n, 3), mm, and triangles (m, 3) from an artifact that holds a surface."""
+    """Vertices (n, 3), mm, and triangles (m, 3) from an artifact that holds a surface.
+
+    Raises:
+        actuator.failure.InvalidField: if they are no triangles between its points.
+    """
     points, connectivity = source.read("surface/points", "surface/connectivity")
+    if connectivity.size % 3 or not connectivity.size or connectivity.max() >= len(points):
+        raise InvalidField("its surface is not whole; make the file again.")
     return points, connectivity.reshape(-1, 3)

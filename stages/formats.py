@@ -119,5 +119,6 @@ def decode(data: bytes, name: str) -> trimesh.Trimesh:
         return FORMATS[name].read(data)
     except UnreadableSolid:
         raise
-    except Exception as error:  # parsers raise whatever they meet
-        raise UnreadableSolid(f"The bytes are no readable {name} file ({error}); export the part again.") from error
+    except Exception as error:  # parsers raise whatever they meet, such as the key they did not find
+        reason = "" if isinstance(error, LookupError) or not str(error) else f" ({error})"
+        raise UnreadableSolid(f"The bytes are no readable {name} file{reason}; export the part again.") from error

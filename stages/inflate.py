@@ -126,7 +126,7 @@ def _glued(vertices: Floats, triangles: Ints, axis: Axis, observer: Observer) ->
         if air.verdict == "pass":
             raise
         found = air.text[0].lower() + air.text[1:].removesuffix(".")
-        remedy = "close it, for instance by a lower mirror.threshold"
+        remedy = "mend it where it was made, a design of poro's own by a lower mirror.threshold"
         raise NotInflatable(f"The solid does not hold air: {found}; {remedy}.") from None
 
 

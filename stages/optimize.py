@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pydantic import Field
 
 from stages.design import Result, lines, pack
 from stages.domains import DomainSettings
+from stages.ended import Reached, recorded, told
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
 from stages.load import held, whole_force
@@ -21,7 +21,7 @@ from stages.task import Compute, Need, Task
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
-    from actuator.optimiser.loop import Optimiser, Outcome, Progress, Record
+    from actuator.optimiser.loop import Optimiser, Outcome, Progress
     from actuator.solve.reduced import Evaluation, ReducedObjective
     from stages.initial import Given
 
@@ -125,7 +125,7 @@ def run(
 
     def report(progress: Progress) -> None:
         checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation, units)
-        observer(DesignUpdate(_recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
+        observer(DesignUpdate(recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
     if held(settings):
         observer(Message(HELD))
@@ -197,11 +197,6 @@ def _fields(at: Evaluation, units: Units) -> dict[str, Floats]:
     return {"chi": at.chi, "pressure": units.stress * at.state.p, "displacement": units.length * displacement}
 
 
-def _recorded(record: Record, units: Units) -> Record:
-    """A record of the history with its lengths in mm."""
-    return record | {name: units.length * record[name] for name in ("T1", "T3")}
-
-
 def least_memory(cells: int) -> float:
     """Memory that one evaluation of a design, or a simulation, needs on a mesh, bytes.
 
@@ -215,48 +210,16 @@ def least_memory(cells: int) -> float:
 def _result(
     domain: Domain, objective: ReducedObjective, outcome: Outcome, checkpoint: dict[str, Floats], units: Units
 ) -> Result:
-    from actuator.optimiser.loop import COUNTS  # as in run
-    from actuator.solve.reduced import spring_elongation, wall_leak
+    from actuator.solve.reduced import wall_leak  # as in run
 
-    progress, at = outcome.progress, outcome.progress.evaluation
-    records = [_recorded(record, units) for record in progress.history]
-    history = {key: np.array([record[key] for record in records]) for key in records[0]}
-    elongation = units.length * spring_elongation(objective.equilibrium.kinematics, at.state)
-    p, arm = units.stress * at.state.p, at.state.arm * (units.length, units.length, 1.0)
-    summary = {
-        "C": at.value,
-        "terms": dict(at.terms),
-        "T1": float(arm[0]),
-        "T3": float(arm[1]),
-        "theta2": float(arm[2]),
-        "spring_elongation": elongation,
-        "p_min": float(p.min()),
-        "p_max": float(p.max()),
+    at = outcome.progress.evaluation
+    checks = {
         "wall_leak": wall_leak(objective.domain, at.state.p, objective.load.pressure),
         **_second_order_leak(objective, at),
-        **at.measures,
         "passive_share": objective.design.passive.share(at.chi),
-        "stationarity": records[-1]["stationarity"],
-        "updates": len(records) - 1,
-        "evaluations": progress.evaluations,
-        "work": {key: int(records[-1][key]) for key in (*COUNTS, "inner")},
-        "seconds": records[-1]["seconds"],
-        "seconds_per_part": dict(progress.seconds),
-        "converged": outcome.converged,
-        "reason": outcome.reason,
     }
-    return Result(
-        domain=domain,
-        chi=at.chi,
-        displacement=units.length * at.state.displacement,
-        pressure=p,
-        arm=arm,
-        history=history,
-        summary=summary,
-        checkpoint=checkpoint,
-        converged=outcome.converged,
-        reason=outcome.reason,
-    )
+    state = Reached(objective.equilibrium.kinematics, at.chi, at.state.x, at.state.p)
+    return told(domain, state, outcome.progress.history, tuple(at.terms), checks, outcome, checkpoint, units)
 
 
 def coarser(domain: DomainSettings) -> str:

@@ -150,7 +150,8 @@ def _repaired(vertices: Floats, triangles: Ints, largest: float) -> tuple[Surfac
             return exact, fraction * largest
     raise NotManifold(
         f"The {len(triangles)} triangles bound no solid and could not be repaired within "
-        f"{REPAIR_TOLERANCES[-1] * largest:.2g} mm; extract the surface again, from a finer or a smoother field."
+        f"{REPAIR_TOLERANCES[-1] * largest:.2g} mm; mend it where it was made, "
+        "a design of poro's own by a finer or smoother field (refine.factor)."
     )
 
 

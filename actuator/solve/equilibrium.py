@@ -23,9 +23,10 @@ from actuator.solve.state import State
 
 MAX_NEWTON = 25
 #: What helps where there is no state, from rest at the full pressure and from the state of another design.
-AT_REST = (
-    "raise material.hessian_regularisation, lower load.pressure_ratio, or begin with a design whose walls hold the air"
-)
+AT_REST = "raise material.hessian_regularisation, {}or begin with a design whose walls hold the air"
+LOWER = "lower load.pressure_ratio, "
+#: A pressure below this share of G strains the solid by less than a thousandth or so: it is not what hinders.
+GENTLE = 1e-3
 NEARBY = "take a smaller design step, or raise material.hessian_regularisation"
 
 
@@ -63,6 +64,7 @@ class Equilibrium:
         self.geometry = self.discretisation.geometry
         self.kinematics = Kinematics(domain, load, scheme.element)
         self.coefficients = constants_of(material, load, objective)
+        self._at_rest = AT_REST.format(LOWER if load.pressure > GENTLE * material.shear else "")
         self.source = self.discretisation.source(material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
         self.tolerance, self.solver, self.threads = tolerance, solver, threads
@@ -212,7 +214,7 @@ class Equilibrium:
         """
         if self.coefficients.pressure == 0.0:
             return self._rest(chi)
-        fresh, remedy = start is None, AT_REST if start is None else NEARBY
+        fresh, remedy = start is None, self._at_rest if start is None else NEARBY
         if start is None:
             x = np.zeros(self.kinematics.size)
             start = x, self.pressure(chi, x)

@@ -161,7 +161,8 @@ def parse_case(text: bytes, origin: str, stem: str) -> Case:
         raise Fault(
             ExitCode.USAGE, f"{origin}:1: a case is made of 'section:' lines, not of {kind}; see `poro schema`."
         )
-    case, wrong = examined({"name": stem} | document.data)
+    # What is no UTF-8 becomes a letter that names do not have either.
+    case, wrong = examined({"name": stem.encode(errors="replace").decode()} | document.data)
     if case is None:
         found = sorted((document.line(path), sentence) for path, sentence in wrong)
         sentences = [f"{origin}:{line}: {sentence}." for line, sentence in found[:MOST_MISTAKES]]

@@ -72,17 +72,17 @@ def write_new(
         raise Fault(ExitCode.USAGE, f"{target}: there is no folder {target.parent}; make it or choose another.")
     head = f"Made by `poro new` from {origin.name}; every key is here, with its meaning, unit and default."
     text = case_text(case, head, SCHEMA_FILE if schema else None)
-    parse_case(text.encode(), str(target), name)  # what is written can be read
+    parse_case(atomic.encoded(text), str(target), name)  # what is written can be read
     texts = {target: text}
     if schema:
         texts[target.with_name(SCHEMA_FILE)] = case_schema() + "\n"
     for path, wanted in texts.items():
         if path.is_dir():
             raise Fault(ExitCode.USAGE, f"{path}: this is a folder; name a file in it with --output.")
-        if path.exists() and not force and path.read_bytes() != wanted.encode():
+        if path.exists() and not force and path.read_bytes() != atomic.encoded(wanted):
             raise Fault(ExitCode.USAGE, f"{path}: there is such a file; choose another name, or replace it by --force.")
     for path, wanted in texts.items():
-        atomic.write_bytes(path, wanted.encode())
+        atomic.write_text(path, wanted)
     return list(texts)
 
 

@@ -16,11 +16,12 @@ from typing import Annotated
 
 import typer
 
+from actuator.failure import Failure
 from pipeline import terminal
 from pipeline.cli import clean, compare, fit, groups, parts, results, stages, study, usage
 from pipeline.cli.help import Group
 from pipeline.cli.options import with_common
-from pipeline.exit_codes import ExitCode, Fault, unexpected
+from pipeline.exit_codes import ExitCode, Fault, code_of, unexpected
 from pipeline.runs.interruption import heeded
 
 _CODES = ", ".join(f"{code.value} {code.meaning}" for code in ExitCode)
@@ -93,6 +94,8 @@ def _called(arguments: list[str]) -> ExitCode:
             ended = program()(arguments or ["--help"], prog_name="poro", standalone_mode=False)
     except Fault as fault:
         return _end(fault.code, str(fault))
+    except Failure as failure:
+        return _end(code_of(failure), str(failure))
     except typer.TyperException as error:
         return _end(ExitCode.USAGE, usage.sentence(error, arguments))
     except OSError as error:

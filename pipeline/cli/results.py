@@ -33,10 +33,17 @@ def plot(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response."""
+    """Draw an optimised design: initial design, views, arm, section, history (also as CSV), simulated response.
+
+    Of an optimisation that runs or was interrupted, the state that is stored is drawn.
+    """
     from pipeline.runs import perform as commands
 
-    show(commands.plot(commands.open_job(case, output), format, only or [], as_json=as_json))
+    # What belongs to an artifact lies beside it, wherever the figures go.
+    of_artifact = case.suffix == ".h5"
+    job = commands.open_job(case, None if of_artifact else output, under_way=True)
+    folder = output if output and of_artifact else job.files.details
+    show(commands.plot(job, folder, format, only or [], as_json=as_json))
 
 
 def report(
@@ -52,23 +59,26 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write everything there is about an optimised case into one HTML file."""
+    """Write everything there is about an optimised case into one HTML file.
+
+    Of an optimisation that runs or was interrupted, the state that is stored is reported.
+    """
     from pipeline.report.page import write_report  # loads drawing libraries
     from pipeline.results.json_output import result_json
     from pipeline.runs import perform as commands
     from pipeline.runs.rig_sheet import as_told
 
-    # What belongs to an artifact lies beside it, wherever the report goes.
+    # As in plot.
     of_artifact = case.suffix == ".h5"
     changes = {SCALE: scale, YOUNGS: modulus}
-    job = as_told(commands.open_job(case, None if of_artifact else output, changes))
+    job = as_told(commands.open_job(case, None if of_artifact else output, changes, under_way=True))
     folder = output if output and of_artifact else job.files.folder
     commands.make_folder(folder)
-    path, problems = write_report(job, folder, check=check)
+    path, label, problems = write_report(job, folder, check=check)
     if as_json:
-        show(result_json("report", {"name": job.case.name, "problems": problems}, [path]))
+        show(result_json("report", {"name": job.case.name, "unfinished": label, "problems": problems}, [path]))
     else:
-        show(told("\n".join([str(path), *problems]), [path]))
+        show(told("\n".join([str(path), *filter(None, [label]), *problems]), [path]))
 
 
 def film(
@@ -93,7 +103,10 @@ def convert(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="ARTIFACT", help="Artifact of a stage (.h5).", autocompletion=completion.artifacts, callback=located
+            metavar="ARTIFACT",
+            help="Artifact of a stage (.h5), checkpoint, or case file (.yaml).",
+            autocompletion=completion.cases,
+            callback=located,
         ),
     ],
     target: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its ending decides the format.")],
@@ -103,21 +116,29 @@ def convert(
     deformed: Annotated[bool, typer.Option("--deformed", help="With --colour: under pressure.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour."""
+    """Write mesh and fields of an artifact in another format, such as .vtu, or its shape in colour.
+
+    Of a case it is the optimised design; if its optimisation runs or was interrupted, the state that is stored.
+    """
+    from pipeline.runs.under_way import artifact_of
+
+    source = artifact_of(source)
     if colour:
         from pipeline.figures.colouring import colour as write_coloured
 
-        write_coloured(source, target, colour, deformed)
+        label = write_coloured(source, target, colour, deformed)
     elif deformed:
         raise Fault(ExitCode.USAGE, "--deformed goes with --colour; add --colour pressure.")
     else:
         from pipeline.results.conversion import convert as convert_artifact
 
-        convert_artifact(source, target)
+        label = convert_artifact(source, target)
     if as_json:
         from pipeline.results.json_output import result_json
 
-        show(result_json("convert", {"source": str(source)}, [target]))
+        show(result_json("convert", {"source": str(source), "unfinished": label}, [target]))
+    elif label:
+        show(f"{target}: {label}")
 
 
 def register(app: typer.Typer) -> None:

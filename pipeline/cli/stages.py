@@ -131,14 +131,14 @@ def run_command() -> Command:
 def status(
     case: Source, settings: Settings = None, output: Output = None, unit: OfUnit = None, as_json: Json = False
 ) -> None:
-    """Say which stages are up to date, and why others are not.
+    """Say which stages are up to date, why others are not, and how far an optimisation is that has not ended.
 
     What was made with an option, such as --max-load, is up to date until the case file says something else of its key.
     The commands that run stages go by the case file and their own options: without the option they make it again.
     """
     from pipeline.runs import perform as commands
 
-    job = commands.open_job(case, output, settings=settings or (), unit=unit)
+    job = commands.open_job(case, output, settings=settings or (), unit=unit, under_way=True)
     _show_plan(job, commands.status(job), "status", as_json=as_json, reasons=True)
 
 
@@ -147,9 +147,11 @@ def _show_plan(job: Job, steps: list[Step], command: str, *, as_json: bool, reas
     from pipeline.case.remarks import remarks
     from pipeline.runs import plan_text
     from pipeline.runs.earlier import another_problem
+    from pipeline.runs.under_way import under_way
 
     warnings = remarks(job.case)
-    show(plan_text.told(steps, command, warnings, reasons=reasons, as_json=as_json))
+    now = under_way(job) if command == "status" else None
+    show(plan_text.told(steps, command, warnings, now, reasons=reasons, as_json=as_json))
     for sentence in warnings:
         note(f"warning: {sentence}")
     if command != "status" and (differences := another_problem(job, steps)):

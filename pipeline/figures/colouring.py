@@ -20,14 +20,17 @@ METRES = 1e-3
 UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
-def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
+def colour(source: Path, target: Path, field: str, deformed: bool) -> str:
     """Write the refined and mirrored shape of a design, each vertex coloured from 0 to 1.
 
     Args:
-        source: artifact of ``optimize``.
+        source: artifact of ``optimize``, or a checkpoint.
         target: ends in one of :data:`FORMATS`.
         field: ``pressure``, over the source pressure, or ``density``.
         deformed: whether to draw it under pressure.
+
+    Returns:
+        What is to be said of a design that is unfinished, else nothing.
 
     Raises:
         Fault: if the source is no such artifact (ARTIFACT), or the target names another format or folder (USAGE).
@@ -50,6 +53,7 @@ def colour(source: Path, target: Path, field: str, deformed: bool) -> None:
     data = mesh.export(file_type=ending[1:])
     assert isinstance(data, bytes)
     atomic.write_bytes(target, data)
+    return design.label
 
 
 def _colours(values: Floats) -> NDArray[np.uint8]:

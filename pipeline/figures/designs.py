@@ -22,7 +22,7 @@ from pipeline.figures.history import history, history_table
 from pipeline.figures.initial import initial
 from pipeline.figures.offscreen import CannotDraw
 from pipeline.figures.response import response
-from pipeline.figures.saving import Drawn, encoded
+from pipeline.figures.saving import Drawn, encoded, labelled
 from pipeline.figures.section import section
 from pipeline.figures.views import views
 from pipeline.results.design import OptimisedDesign
@@ -145,7 +145,7 @@ def drawn(design: OptimisedDesign, name: str, format: str) -> tuple[str, bytes]:
         actuator.failure.Failure: if there is no solid to draw.
         Fault: if a file beside the design is unreadable (ARTIFACT).
     """
-    figure = FIGURES[name].draw(design)
+    figure = labelled(FIGURES[name].draw(design), design.label)
     format = "png" if isinstance(figure, Image.Image) else format
     return format, encoded(figure, format, name)
 

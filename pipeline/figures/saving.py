@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageDraw
+from PIL.ImageFont import load_default
 
 from pipeline.store.atomic import write_bytes
 
@@ -21,7 +22,7 @@ Drawn = Figure | Image.Image
 
 #: What the formats that hold lines as such call the date, and the pixels of the rest in them, dots per inch.
 DATES, PIXELS = {"svg": "Date", "pdf": "CreationDate"}, 150
-WHITE = (255, 255, 255)
+WHITE, RED = (255, 255, 255), (192, 0, 0)
 
 
 def save(figure: Drawn, path: Path) -> None:
@@ -31,6 +32,18 @@ def save(figure: Drawn, path: Path) -> None:
         OSError: if the folder or the disk does not take it.
     """
     write_bytes(path, encoded(figure, path.suffix[1:], path.stem))
+
+
+def labelled(figure: Drawn, label: str) -> Drawn:
+    """A figure with a line of text in its lower left corner, if there is one to write."""
+    if not label:
+        return figure
+    if isinstance(figure, Image.Image):
+        size = figure.height // 30
+        ImageDraw.Draw(figure).text((size // 2, figure.height - size // 2), label, RED, load_default(size), "ls")
+    else:
+        figure.text(0.005, 0.01, label, color=np.divide(RED, 255), ha="left", va="bottom", weight="bold")
+    return figure
 
 
 def encoded(figure: Drawn, format: str, name: str) -> bytes:

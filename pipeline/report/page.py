@@ -33,11 +33,12 @@ from pipeline.results.design import OptimisedDesign, read_design
 from pipeline.results.inflation import Inflated, Inflation, read_inflation, read_states
 from pipeline.results.simulation import Simulation, read_simulation, rig_units
 from pipeline.results.wording import duration
+from pipeline.runs.checkpoint import farthest
 from pipeline.runs.job import Job
 from pipeline.runs.plan import status
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import Header
-from pipeline.store.atomic import write_bytes
+from pipeline.store.atomic import write_text
 from pipeline.store.files import detail_of, folder_of
 from stages.chain import GOAL, STAGES, path_to
 from stages.rig import RigUnits
@@ -123,7 +124,7 @@ class Gathered:
         return next((row.summary for row in self.stages if row.stage == stage), {})
 
 
-def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, list[str]]:
+def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, str, list[str]]:
     """Write NAME.report.html.
 
     Args:
@@ -132,10 +133,12 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
         check: whether to make the checks of ``poro check`` where no stored ones fit the part.
 
     Returns:
-        The report, and a sentence for each figure that could not be drawn.
+        The report, what is to be said of a design that is unfinished, and a sentence for each figure that could not be
+        drawn.
 
     Raises:
-        Fault: if there is no readable artifact of ``optimize``, or another file is unreadable (ARTIFACT).
+        Fault: if there is neither a readable artifact of ``optimize`` nor a checkpoint, or another file is unreadable
+            (ARTIFACT).
         OSError: if the folder or the disk does not take the report.
     """
     found = _gather(job, check)
@@ -148,19 +151,24 @@ def write_report(job: Job, folder: Path, *, check: bool = True) -> tuple[Path, l
     figures = list(_figures(found.design))
     problems += [f"{drawn.figure.title}: {drawn.problem}" for drawn in figures if drawn.problem]
     path = folder / f"{found.design.name}.report.html"
-    write_bytes(path, _page(found, figures, model, problems).encode())
-    return path, problems
+    write_text(path, _page(found, figures, model, problems))
+    return path, found.design.label, problems
 
 
 # ------------------------------------------------------------------------------------------------ what there is
 
 
 def _gather(job: Job, check: bool) -> Gathered:
-    path = job.artifact("optimize")
+    path = farthest(job)
     design = read_design(path)
     # The part that is told of, and what it is printed of.
     case = design.case.model_copy(update={"rig": job.case.rig, "export": job.case.export})
     found = Gathered(replace(design, case=case), artifact.read_header(path), list(_stages(job)), rig_units(case))
+    if design.unfinished:  # whatever lies beside it was made of another design
+        found.stages = [replace(row, summary={}) for row in found.stages]
+        source = f"{job.case.name}.yaml" if job.argument == path else job.argument
+        found.missing.append(Missing("the end of the optimisation", _command("optimize", source)))
+        return found
     _find_part(job, found, check)
     if found.design.simulation:
         found.simulation = read_simulation(found.design.simulation)

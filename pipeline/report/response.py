@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.report.rows import Entry, count
+from pipeline.report.rows import Entry
+from pipeline.results.wording import count
 from stages.curves import sentences
 from stages.rig import RigUnits
 

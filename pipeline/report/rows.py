@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pipeline.case.model import Case
 from pipeline.results.design import OptimisedDesign
 from pipeline.results.paper import Reference, on_the_papers_mesh
-from pipeline.results.wording import duration, formatted
+from pipeline.results.wording import count, duration, formatted
 from stages.load import held, travel, whole_force
 from stages.rig import RigUnits
 
@@ -235,8 +235,3 @@ def leaves(found: Any, name: str = "") -> Iterator[Entry]:
         yield Entry(name, ", ".join(formatted(each) for each in found))
     else:
         yield Entry(name, formatted(found))
-
-
-def count(number: int, what: str) -> str:
-    """A number of things, in the singular or the plural."""
-    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -7,14 +7,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import stages.ended
 import stages.mirror
 import stages.optimize
 import stages.refine
 from actuator.arrays import Floats
+from actuator.failure import InvalidField
 from pipeline.case.model import Case, stored_case
-from pipeline.exit_codes import Fault
+from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.simulation import is_current
+from pipeline.results.wording import count
 from pipeline.store import artifact, contents
+from pipeline.store.artifact import CHECKPOINT
 from pipeline.store.files import Files, folder_of
 from stages.datasets import vtk_order
 
@@ -30,11 +34,18 @@ class OptimisedDesign(stages.optimize.Result):
         case: as it was optimised.
         source: the artifact it was read from, if any; what else was made of the design is looked for beside it.
         identity: of that artifact.
+        unfinished: whether it is that of a checkpoint, of which nothing else has been made.
     """
 
     case: Case
     source: Path | None = None
     identity: str = ""
+    unfinished: bool = False
+
+    @property
+    def label(self) -> str:
+        """What everything that shows the design says of it; empty for one that is finished."""
+        return f"after {count(self.summary['updates'], 'update')}, unfinished" if self.unfinished else ""
 
     @property
     def name(self) -> str:
@@ -55,7 +66,7 @@ class OptimisedDesign(stages.optimize.Result):
     @property
     def simulation(self) -> Path | None:
         """The artifact of ``poro simulate`` beside the design's own, if there is one of this version."""
-        path = self._files.artifact("simulate") if self.source else None
+        path = self._files.artifact("simulate") if self.source and not self.unfinished else None
         return path if path and is_current(path) else None
 
     @property
@@ -90,7 +101,7 @@ class OptimisedDesign(stages.optimize.Result):
         """The same from the artifacts of ``refine`` and ``mirror``; None unless both are of this design."""
         from actuator.geometry.zero_set import Surface
 
-        if not self.source:
+        if not self.source or self.unfinished:
             return None
         refined, mirrored = self._files.artifact("refine"), self._files.artifact("mirror")
         try:
@@ -127,15 +138,29 @@ class OptimisedDesign(stages.optimize.Result):
 
 
 def read_design(path: Path) -> OptimisedDesign:
-    """Read the artifact of ``optimize``.
+    """Read the artifact of ``optimize``, or the checkpoint of an optimisation that has not ended.
 
     Raises:
-        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+        Fault: if the file is missing, unreadable, or of another stage (ARTIFACT).
     """
+    if not path.exists():
+        remedy = "run the stage that makes it, `poro optimize`, or say with --output where it lies"
+        raise Fault(ExitCode.ARTIFACT, f"{path}: there is no such file; {remedy}.")
+    header = artifact.read_header(path)
+    case = stored_case(header.case_resolved, path)
+    if header.stage == CHECKPOINT:
+        try:
+            found = stages.ended.reached(case.optimize, contents.checkpoint(path, CHECKPOINT))
+        except InvalidField as failure:
+            raise Fault(ExitCode.ARTIFACT, f"{path}: {failure}") from None
+        return OptimisedDesign(**vars(found), case=case, source=path, unfinished=True)
     domain, chi = contents.design(path, "optimize")
     stored = contents.Stored(path, "optimize")
     pressure, displacement, arm = stored.read("vertices/pressure", "nodes/displacement", "arm")
-    header, summary = artifact.read_header(path), contents.summary(path, "optimize")
+    shapes = [(len(domain.points),), (len(domain.nodes), 3), (3,)]
+    if [values.shape for values in (pressure, displacement, arm)] != shapes:
+        raise Fault(ExitCode.ARTIFACT, f"{path}: its state does not fit its mesh, {contents.OTHER_VERSION}.")
+    summary = contents.summary(path, "optimize")
     return OptimisedDesign(
         domain=domain,
         chi=chi,
@@ -147,7 +172,7 @@ def read_design(path: Path) -> OptimisedDesign:
         checkpoint=artifact.read_group(path, "optimize", "checkpoint"),
         converged=summary["converged"],
         reason=summary["reason"],
-        case=stored_case(header.case_resolved, path),
+        case=case,
         source=path,
         identity=header.identity,
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.store.artifact import program_version
+from pipeline.store.atomic import encoded
 
 
 def result_json(command: str, found: Mapping[str, Any], files: Iterable[Path | str] = ()) -> str:
@@ -23,4 +24,5 @@ def result_json(command: str, found: Mapping[str, Any], files: Iterable[Path | s
     """
     head = {"command": command, "program_version": program_version()}
     result = head | dict(found) | {"files": [str(file) for file in files]}
-    return json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+    return encoded(text).decode()  # escapes are JSON's own: names of files that are no UTF-8 can be read back

@@ -35,3 +35,8 @@ def byte_size(size: float) -> str:
             return f"{size:.0f} {unit}" if unit == "bytes" else f"{size:.3g} {unit}"
         size /= 1000.0
     return f"{size:.4g} GB"
+
+
+def count(number: int, what: str) -> str:
+    """A number of things, in the singular or the plural."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

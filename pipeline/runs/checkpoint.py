@@ -15,8 +15,8 @@ from pipeline.store.artifact import Header
 from stages.datasets import Dataset
 from stages.events import DesignUpdate, Event
 
-#: What the headers of checkpoints have in place of a stage, and the stage that they continue.
-STAGE, OPTIMIZE = "checkpoint", "optimize"
+#: What checkpoints have in place of a stage, and the stage that they continue.
+STAGE, OPTIMIZE = artifact.CHECKPOINT, "optimize"
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,36 @@ def find(job: Job, *, finished: bool) -> Checkpoint | None:
     return max(found, key=lambda checkpoint: checkpoint.updates, default=None)
 
 
+def farthest(job: Job) -> Path:
+    """The file with the farthest state of a job's optimisation: its finished artifact, or the checkpoint of a run.
+
+    A file that the user names is taken as it is. A checkpoint of another path than the case's stands back behind a
+    finished artifact, which in turn stands back behind one of this path if it is of another.
+
+    Raises:
+        Fault: if the user gave a solid that no design beside it belongs to (USAGE).
+    """
+    finished, left = job.artifact(OPTIMIZE), job.files.checkpoint
+    if job.argument.suffix == ".h5":
+        named = job.given is None or job.given.stage == OPTIMIZE
+        return job.argument if named else finished
+    if job.given and not finished.exists():
+        raise Fault(
+            ExitCode.USAGE, f"{job.argument}: this is a solid, and no design of it is here; give its case file."
+        )
+    if not finished.exists():
+        return left if left.exists() else finished
+    return left if updates_of(job, left, STAGE) > updates_of(job, finished, OPTIMIZE) else finished
+
+
+def updates_of(job: Job, path: Path, stage: str) -> int:
+    """Design updates in a file; -1 if it is missing, unreadable, or of another path than the job's."""
+    try:
+        return int(artifact.read(path, stage, "progress/updates")[0]) if _same_path(job, path) else -1
+    except Fault:
+        return -1
+
+
 def remove_reached(job: Job) -> None:
     """Remove what an interrupted run left, if the finished artifact of the same path is as far or farther.
 
@@ -123,16 +153,14 @@ def _refuse_longer(path: Path, updates: int, allowed: int) -> None:
 
 def _read(job: Job, path: Path, stage: str) -> Checkpoint | None:
     """The checkpoint in a file, unless it is of another path."""
-    if not path.exists():
-        return None
-    header = artifact.read_header(path)
-    key = path_key(plain(job.case), OPTIMIZE, stages.optimize.VERSION)
-    if path_key(header.case_resolved, OPTIMIZE, header.stage_version) != key:
+    if not path.exists() or not _same_path(job, path):
         return None
     updates = int(artifact.read(path, stage, "progress/updates")[0])
-    state = artifact.read_group(path, stage, "checkpoint")
-    for name, value in state.items():
-        # Of the columns of the history some may be unknown.
-        if not name.startswith("history."):
-            contents.refuse_not_finite(path, f"checkpoint/{name}", value)
-    return Checkpoint(updates, state)
+    return Checkpoint(updates, contents.checkpoint(path, stage))
+
+
+def _same_path(job: Job, path: Path) -> bool:
+    """Whether a file is of the path that a job's optimisation takes."""
+    header = artifact.read_header(path)
+    key = path_key(plain(job.case), OPTIMIZE, stages.optimize.VERSION)
+    return path_key(header.case_resolved, OPTIMIZE, header.stage_version) == key

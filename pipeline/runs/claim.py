@@ -6,15 +6,38 @@ The lock is one of the operating system, which frees it when its holder ends, ho
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import platform
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.store import atomic
 from pipeline.store.files import Files
+
+#: Seconds that a claim is tried for: whoever only looks holds the lock for less than a thousandth of one.
+_PATIENCE = 0.3
+
+
+@dataclass(frozen=True)
+class Holder:
+    """A process that works on a case; what is not known of it is None.
+
+    Attributes:
+        pid: its number.
+        machine: on which it runs.
+        since: when it began, ISO 8601, UTC.
+    """
+
+    pid: int | None = None
+    machine: str | None = None
+    since: str | None = None
+
+    def __str__(self) -> str:
+        return "another process" if self.pid is None else f"process {self.pid} on {self.machine}"
 
 
 @contextmanager
@@ -29,20 +52,21 @@ def claimed(files: Files) -> Iterator[None]:
 
     lock = filelock.FileLock(files.lock)
     try:
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=_PATIENCE)
     except filelock.Timeout:
         raise Fault(
             ExitCode.BUSY,
-            f"{files.folder}: {_holder(files.holder)} is working on the case '{files.name}' here; wait until it has "
+            f"{files.folder}: {_noted(files)} is working on the case '{files.name}' here; wait until it has "
             "ended, or choose another --output.",
         ) from None
     try:
         for left, target in (*atomic.temporaries(files.folder), *atomic.temporaries(files.details)):
             if files.owns(target):
                 left.unlink(missing_ok=True)
-        # Only for the sentence above: a full disk must not stop what may need no room.
+        # Only to be told: a full disk must not stop what may need no room.
         with contextlib.suppress(OSError):
-            files.holder.write_text(f"process {os.getpid()} on {platform.node()}", encoding="utf-8")
+            now = datetime.now(UTC).isoformat(timespec="seconds")
+            atomic.write_text(files.holder, json.dumps(asdict(Holder(os.getpid(), platform.node(), now))))
         yield
     finally:
         with contextlib.suppress(OSError):
@@ -50,8 +74,23 @@ def claimed(files: Files) -> Iterator[None]:
         lock.release()
 
 
-def _holder(path: Path) -> str:
+def holder(files: Files) -> Holder | None:
+    """Who works on the case in this folder at this moment; None if nobody does."""
+    if not files.lock.exists():
+        return None
+    import filelock  # as in claimed
+
     try:
-        return path.read_text(encoding="utf-8") or "another process"
-    except (OSError, UnicodeDecodeError):
-        return "another process"
+        with filelock.FileLock(files.lock).acquire(timeout=0):
+            return None
+    except filelock.Timeout:
+        return _noted(files)
+    except OSError:  # somebody else's folder, which may only be read
+        return _noted(files) if files.holder.exists() else None
+
+
+def _noted(files: Files) -> Holder:
+    try:
+        return Holder(**json.loads(files.holder.read_bytes()))
+    except (OSError, ValueError, TypeError):
+        return Holder()

@@ -11,7 +11,7 @@ from uuid import uuid4
 
 from actuator import failure
 from actuator.arrays import Floats, Ints
-from pipeline.exit_codes import ExitCode, Fault
+from pipeline.exit_codes import ExitCode, Fault, code_of
 from pipeline.results.wording import byte_size, duration
 from pipeline.runs import checkpoint, first_design, resuming
 from pipeline.runs.adopted import is_solid
@@ -30,16 +30,6 @@ if TYPE_CHECKING:
     from stages.initial import Given
 
 Summary = dict[str, Any]
-
-_FAILURES = {
-    failure.EmptySolid: ExitCode.BAD_SOLID,
-    failure.NotManifold: ExitCode.BAD_SOLID,
-    failure.LooseBodies: ExitCode.BAD_SOLID,
-    failure.UnreadableSolid: ExitCode.BAD_SOLID,
-    failure.InvalidField: ExitCode.ARTIFACT,
-    failure.InvalidSettings: ExitCode.USAGE,
-    failure.OutOfMemory: ExitCode.UNEXPECTED,
-}
 
 
 class Unfit(Fault):
@@ -92,7 +82,7 @@ class Execution:
         except failure.NotInflatable as error:
             raise Unfit(ExitCode.BAD_SOLID, f"{self.job.part}: {error}") from error
         except failure.Failure as error:
-            raise Fault(_FAILURES.get(type(error), ExitCode.NOT_CONVERGED), f"{step.stage}: {error}") from error
+            raise Fault(code_of(error), f"{step.stage}: {error}") from error
         row = STAGES[step.stage]
         summary = {**made, **packed.summary, "stage_seconds": time.perf_counter() - start}
         header = Header(

@@ -101,6 +101,8 @@ def open_job(
     of_case: Path | None = None,
     settings: Iterable[str] = (),
     unit: Unit | None = None,
+    *,
+    under_way: bool = False,
 ) -> Job:
     """The job that a command line describes.
 
@@ -112,6 +114,7 @@ def open_job(
         of_case: the case that a solid is to be taken for one of, see :func:`pipeline.runs.adopted.adopted`.
         settings: what else it says instead of the case, ``key=value`` each.
         unit: of a solid whose file does not say its own.
+        under_way: whether a checkpoint will do as the argument, or in place of an artifact that is not there yet.
 
     Raises:
         Fault: if the case is not usable (USAGE), or the artifact or solid is not (ARTIFACT).
@@ -127,9 +130,12 @@ def open_job(
         given, own, text = adopted(argument, of_case, unit)
         here: Path | None = folder_of(argument)
     elif argument.suffix == ".h5":
-        given = artifact.read_header(argument)
-        _refuse_dead_end(argument, given.stage)
-        own, text = stored_case(given.case_resolved, argument), given.case_text
+        argument = or_checkpoint(argument) if under_way else argument
+        header = artifact.read_header(argument)
+        if not (under_way and header.stage == artifact.CHECKPOINT):
+            _refuse_dead_end(argument, header.stage)
+            given = header
+        own, text = stored_case(header.case_resolved, argument), header.case_text
         here = folder_of(argument)
     else:
         own, text = read_case(find_case(argument))
@@ -155,6 +161,12 @@ def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[d
         if "." not in key and isinstance(settings[key], Mapping):
             raise Fault(ExitCode.USAGE, f"{SET}: {key}: is a section; set its keys one by one, {key}.KEY=VALUE.")
     return {option.dotted: value for option, value in options.items()} | dict(settings), flags
+
+
+def or_checkpoint(path: Path) -> Path:
+    """An artifact, or the checkpoint that stands for that of an optimisation which is not there yet."""
+    left = Files(folder_of(path), path.stem, "").checkpoint
+    return left if left.exists() and not path.exists() else path
 
 
 def make_job(
@@ -200,7 +212,7 @@ def default_folder() -> Path:
 def _refuse_dead_end(argument: Path, stage: str) -> None:
     """Refuse an artifact with which no stage can go on."""
     if stage not in STAGES or (stage != GOAL and not followers(stage)):
-        kind = f"the result of '{stage}'" if stage != "checkpoint" else "a checkpoint"
+        kind = f"the result of '{stage}'" if stage != artifact.CHECKPOINT else "a checkpoint"
         raise Fault(ExitCode.ARTIFACT, f"{argument}: this is {kind}; give the case file it belongs to.")
 
 

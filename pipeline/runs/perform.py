@@ -15,6 +15,7 @@ from pipeline.results.json_output import result_json
 from pipeline.results.summary import Summaries
 from pipeline.runs import beside, memory
 from pipeline.runs.adopted import identity, refuse_other
+from pipeline.runs.checkpoint import farthest
 from pipeline.runs.claim import claimed
 from pipeline.runs.earlier import another_problem, set_aside
 from pipeline.runs.execution import Execution, Unfit
@@ -126,8 +127,11 @@ def _instability(command: str, done: list[Step], summaries: Summaries) -> Fault 
     return Fault(ExitCode.UNSTABLE, sentence) if sentence else None
 
 
-def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
-    """Draw the optimised design of a job as it is; returns the names of the files, as text or as JSON.
+def plot(job: Job, folder: Path, format: str, only: list[str], *, as_json: bool) -> str:
+    """Draw the optimised design of a job as it is, or the farthest state of an unfinished one.
+
+    Returns:
+        The names of the files, as text or as JSON.
 
     Raises:
         Fault: if there is no readable artifact of ``optimize`` (ARTIFACT), the folder cannot be made or a figure that
@@ -137,14 +141,15 @@ def plot(job: Job, format: str, only: list[str], *, as_json: bool) -> str:
     from pipeline.figures.designs import plot_design  # loads drawing libraries
     from pipeline.results.design import read_design
 
-    design, case = read_design(job.artifact("optimize")), as_told(job).case
+    design, case = read_design(farthest(job)), as_told(job).case
     # Figures that show lengths of the part have those that its sheet has.
     design = replace(design, case=design.case.model_copy(update={"rig": case.rig, "export": case.export}))
-    make_folder(job.files.details)
-    files, problems = plot_design(design, job.files.details, format, only)
+    make_folder(folder)
+    files, problems = plot_design(design, folder, format, only)
     if as_json:
-        return result_json("plot", {"name": job.case.name, "problems": problems}, files)
-    return told("\n".join([*map(str, files), *problems]), files)
+        found = {"name": job.case.name, "unfinished": design.label, "problems": problems}
+        return result_json("plot", found, files)
+    return told("\n".join([*map(str, files), *filter(None, [design.label]), *problems]), files)
 
 
 def _refuse_changed(steps: list[Step]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.exit_codes import ExitCode, Fault
+from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.keys import changes, content_key, leaves, plain, stage_settings
 from pipeline.store import artifact, contents
@@ -68,7 +69,7 @@ def plan(job: Job, *, first: str | None = None, last: str | None = None, forced:
         if job.given.stage not in wanted[:-1]:
             raise Fault(
                 ExitCode.USAGE,
-                f"{job.argument}: this is already the result of '{job.given.stage}'; give the case file instead.",
+                f"{job.argument}: {_kind(job)}, on which '{wanted[-1]}' does not work; give the case file instead.",
             )
         steps.append(_given(job, job.given))
         wanted = wanted[wanted.index(job.given.stage) + 1 :]
@@ -79,6 +80,14 @@ def plan(job: Job, *, first: str | None = None, last: str | None = None, forced:
             raise Fault(ExitCode.ARTIFACT, f"{step.path}: '{stage}' is not up to date ({reason}); use --from {stage}.")
         steps.append(step)
     return steps
+
+
+def _kind(job: Job) -> str:
+    return (
+        "this is a solid"
+        if is_solid(job.argument)
+        else f"this is already the result of '{job.given and job.given.stage}'"
+    )
 
 
 def status(job: Job) -> list[Step]:

@@ -136,7 +136,7 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     log = logging.getLogger(f"poro.{log_path}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    handlers: list[logging.Handler] = [logging.FileHandler(log_path, encoding="utf-8")]
+    handlers: list[logging.Handler] = [logging.FileHandler(log_path, encoding="utf-8", errors="backslashreplace")]
     handlers[0].setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     # Warnings of libraries, which pipeline.cli.app keeps from the terminal.
     of_libraries = logging.getLogger("py.warnings")

@@ -32,6 +32,8 @@ FILE_TYPE = "poro artifact"
 SCHEMA_VERSION = 1
 #: Content key of a result whose computation was interrupted: no plan takes it for up to date.
 UNFINISHED = "unfinished"
+#: What the headers of checkpoints have in place of a stage.
+CHECKPOINT = "checkpoint"
 
 #: Most bytes of one dataset; the largest mesh that was ever computed needs a hundredth of it.
 MOST_BYTES = 8 * 2**30
@@ -213,6 +215,8 @@ def _opened(path: Path, stage: str = "") -> Iterator[h5py.File]:
                 found = file.attrs["stage"]
                 raise Fault(ExitCode.ARTIFACT, f"{path}: this is the result of '{found}'; give the one of '{stage}'.")
             yield file
+    except FileNotFoundError:  # replaced or removed at this moment, as a checkpoint is
+        raise Fault(ExitCode.ARTIFACT, f"{path}: is not there any more; run the same command again.") from None
     except PermissionError:
         raise Fault(ExitCode.ARTIFACT, f"{path}: may not be read; change its permissions.") from None
     except (OSError, LookupError, AttributeError, RuntimeError, ValueError, TypeError) as error:

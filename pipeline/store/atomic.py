@@ -59,6 +59,20 @@ def write_bytes(target: Path, data: bytes) -> None:
         temporary.write_bytes(data)
 
 
+def write_text(target: Path, text: str) -> None:
+    """Write a whole text file, UTF-8.
+
+    Raises:
+        OSError: if the folder or the disk does not take the file.
+    """
+    write_bytes(target, encoded(text))
+
+
+def encoded(text: str) -> bytes:
+    """A text as UTF-8, in which bytes of a file's name that are none stand as escapes such as ``\\udce9``."""
+    return text.encode(errors="backslashreplace")
+
+
 def _synchronise(path: Path) -> None:
     descriptor = os.open(path, os.O_RDONLY if path.is_dir() or os.name == "posix" else os.O_RDWR)
     try:

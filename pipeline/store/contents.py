@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from actuator.domains.interface import Domain
 
 
+#: Of an artifact that can be read and does not hold what it should.
+OTHER_VERSION = "as if another version of poro had made it; make it again with --force"
+
+
 @dataclass(frozen=True)
 class Stored:
     """The artifact of a stage, for a stage that works on it."""
@@ -73,7 +77,24 @@ def surface(path: Path) -> tuple[Floats, Ints]:
     Raises:
         Fault: if the artifact is missing, unreadable, of another stage, or not finite (ARTIFACT).
     """
-    return datasets.surface(Stored(path, "mirror"))
+    try:
+        return datasets.surface(Stored(path, "mirror"))
+    except InvalidField as failure:
+        raise Fault(ExitCode.ARTIFACT, f"{path}: {failure}") from None
+
+
+def checkpoint(path: Path, stage: str) -> dict[str, Any]:
+    """The optimiser's arrays, from the artifact of ``optimize`` or a checkpoint.
+
+    Raises:
+        Fault: if the file is missing, unreadable, of another stage, or not finite (ARTIFACT).
+    """
+    state = artifact.read_group(path, stage, "checkpoint")
+    for name, value in state.items():
+        # Of the columns of the history some may be unknown.
+        if not name.startswith("history."):
+            refuse_not_finite(path, f"checkpoint/{name}", value)
+    return state
 
 
 def refuse_not_finite(path: Path, name: str, values: Floats) -> None:
@@ -98,9 +119,19 @@ def summary(path: Path, stage: str) -> dict[str, Any]:
     """A stage's summary, read from its artifact.
 
     Raises:
-        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT).
+        Fault: if the artifact is missing, unreadable, or of another stage (ARTIFACT); later, if an entry is asked for
+            that it does not have.
     """
-    found: dict[str, Any] = json.loads(artifact.read(path, stage, "report/summary")[0])
+
+    class Summary(dict[str, Any]):
+        def __missing__(self, name: str) -> Any:
+            raise Fault(ExitCode.ARTIFACT, f"{path}: says nothing of '{name}', {OTHER_VERSION}.")
+
+    (text,) = artifact.read(path, stage, "report/summary")
+    try:
+        found: dict[str, Any] = json.loads(text, object_hook=Summary)
+    except ValueError:
+        raise Fault(ExitCode.ARTIFACT, f"{path}: its summary is no JSON, {OTHER_VERSION}.") from None
     return found
 
 

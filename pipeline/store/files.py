@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.exit_codes import ExitCode, Fault
-from stages.chain import PART, STAGES, Beside, renaming
+from stages.chain import GOAL, PART, STAGES, Beside, path_to, renaming
 from stages.formats import FORMATS
 
 #: The folder of results in the working folder, and the one below, in that of a case.
@@ -128,19 +128,26 @@ def located(path: Path) -> Path:
     """What a path names: itself, the design in the folder of a case, or a file in that of a case which is not named.
 
     ``case14.h5`` is ``case14/case14.h5`` or ``outputs/case14/case14.h5`` where there is none here, so that a command
-    reads the same whichever folder the results went to.
+    reads the same whichever folder the results went to. A design may still be on its way, in a checkpoint.
     """
     try:
-        if path.is_dir() and (design := path / f"{path.resolve().name}.h5").is_file():
-            return design
+        if path.is_dir() and _begun(path, name := path.resolve().name):
+            return path / f"{name}.h5"
         if path.exists():
             return path
         bases = [base for base in (path.parent, path.parent / OUTPUTS) if base.is_dir()]
         folders = [each for base in bases for each in sorted(base.iterdir()) if path.name.startswith(f"{each.name}.")]
-        places = (folder / path.name for each in folders for folder in (each, each / DETAILS))
-        return next((place for place in places if place.is_file()), path)
+        places = [folder / path.name for each in folders for folder in (each, each / DETAILS)]
+        begun = [each / path.name for each in folders if path.name == f"{each.name}.h5" and _begun(each, each.name)]
+        return next((place for place in (*filter(Path.is_file, places), *begun)), path)
     except OSError:  # what reads the file will say so
         return path
+
+
+def _begun(folder: Path, name: str) -> bool:
+    """Whether a case has a design in its folder, or is on its way to one."""
+    files = Files(folder, name, "")
+    return files.artifact(path_to(GOAL)[0]).is_file() or files.checkpoint.is_file()
 
 
 def _endings() -> Iterator[str]:

@@ -93,15 +93,19 @@ def _steps(group: h5py.Group, times: tuple[float, ...], n_points: int, changing:
 
 
 def read(file: h5py.File) -> Grid:
-    """The grid of a file, with the arrays themselves; of several time steps the last."""
+    """The grid of a file, with the arrays themselves; of several time steps the last.
+
+    Raises:
+        ValueError: if they do not fit each other.
+        KeyError: if one is missing.
+    """
     group = file[GROUP]
-    n_points = len(group["Points"])
-    return Grid(
-        points=group["Points"][()],
-        connectivity=group["Connectivity"][()],
-        cell_type=int(group["Types"][0]),
-        fields={name: dataset[-n_points:] for name, dataset in group["PointData"].items()},
-    )
+    points, connectivity, kind = group["Points"][()], group["Connectivity"][()], int(group["Types"][0])
+    fields = {name: dataset[-len(points) :] for name, dataset in group["PointData"].items()}
+    whole = connectivity.size and not connectivity.size % CELL_NODES[kind] and connectivity.max() < len(points)
+    if not whole or any(len(values) != len(points) for values in fields.values()):
+        raise ValueError("mesh and fields do not fit each other")
+    return Grid(points, connectivity, kind, fields)
 
 
 def write_sidecar(artifact: Path) -> None:

@@ -113,10 +113,12 @@ def refuse(table: list[Row]) -> None:
 
     Raises:
         Fault: with the exit code of the first case of the table that failed; if none failed but some have not been
-            run to an end, ARTIFACT, or else if the state of some is not stable, UNSTABLE.
+            run to an end, ARTIFACT, or BUSY if others work on all of these, or else if the state of some is not
+            stable, UNSTABLE.
     """
     unstable = [row for row in table if row["exit_code"] == ExitCode.UNSTABLE]
-    failed = [row for row in table if row["exit_code"] and row not in unstable]
+    busy = [row for row in table if row["exit_code"] == ExitCode.BUSY]
+    failed = [row for row in table if row["exit_code"] and row not in (*unstable, *busy)]
     missing = [row for row in table if row["exit_code"] is None]
     if failed:
         first = failed[0]
@@ -129,6 +131,12 @@ def refuse(table: list[Row]) -> None:
             ExitCode.ARTIFACT,
             f"{len(missing)} of {len(table)} cases are not run to an end, the first of them {missing[0]['name']}; "
             "run the study without --collect.",
+        )
+    if busy:
+        raise Fault(
+            ExitCode.BUSY,
+            f"{len(busy)} of {len(table)} cases are not run, the first of them {busy[0]['name']}: "
+            f"{busy[0]['sentence']}; run the same command again once that has ended.",
         )
     if unstable:
         first = unstable[0]

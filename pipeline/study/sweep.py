@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -10,7 +11,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,17 +18,19 @@ from typing import IO, Any
 
 from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
-from pipeline.results.wording import duration
-from pipeline.runs.job import make_job
+from pipeline.results.wording import count, duration
+from pipeline.runs.claim import holder
+from pipeline.runs.job import Job, make_job
 from pipeline.runs.plan import Step, instability, plan
 from pipeline.runs.progress import Reporter
 from pipeline.store import atomic, contents
 from pipeline.store.files import make_folder
 from pipeline.study.study import Study, Variant
 
-#: Seconds that an interrupted case gets to store what it has, until it is told again, and between two looks at the
-#: running cases.
-GRACE, REPEAT, PAUSE = 60.0, 10.0, 0.1
+#: Seconds that an interrupted case gets to store what it has, and between two looks at the cases.
+GRACE, PAUSE = 60.0, 0.1
+#: Seconds that are waited for others to leave a case: one of a sweep that was killed stops after a linear solve.
+PATIENCE = 10.0
 #: Variables by which the numerical libraries are told how many threads they may have.
 THREAD_LIMITS = (
     "NUMBA_NUM_THREADS",
@@ -96,7 +98,7 @@ class Sweep:
             path = self.case_file(variant)
             make_folder(path.parent)
             head = f"One case of the study {self.study.path.name}, made by `poro sweep`; change it there."
-            text = case_text(variant.case, head).encode()
+            text = atomic.encoded(case_text(variant.case, head))
             if not path.exists() or path.read_bytes() != text:
                 atomic.write_bytes(path, text)
 
@@ -113,15 +115,18 @@ class Sweep:
                 raise Fault(ExitCode.USAGE, f"--only {name}: the study has no such case; see --dry-run for the names.")
         return tuple(known[name] for name in wanted) if wanted else self.study.variants
 
+    def job(self, variant: Variant) -> Job:
+        """The job of a variant as open_job would find it, without reading the case file again."""
+        path = self.case_file(variant)
+        return make_job(path, variant.case, "", path.parent)
+
     def steps(self, variant: Variant) -> list[Step]:
         """What is to be done for a variant.
 
         Raises:
             Fault: if an artifact in the way is unreadable (ARTIFACT).
         """
-        path = self.case_file(variant)
-        # As open_job would find it, without reading the case file again.
-        return plan(make_job(path, variant.case, "", path.parent), last=self.study.until)
+        return plan(self.job(variant), last=self.study.until)
 
     def complete(self, variant: Variant) -> bool:
         """Whether nothing is missing or stale."""
@@ -131,10 +136,12 @@ class Sweep:
             return False
 
     def outcome(self, variant: Variant) -> CaseOutcome | None:
-        """How a variant ended last; None if it has not been run to an end as it is now."""
+        """How a variant ended last, or who is at it now; None if it has not been run to an end as it is now."""
         if self.complete(variant):
             unstable = instability(self.steps(variant), self.summaries(variant))
             return self.ended(variant, int(ExitCode.UNSTABLE if unstable else ExitCode.OK), unstable)
+        if busy := holder(self.job(variant).files):
+            return self.ended(variant, int(ExitCode.BUSY), f"{busy} is working on it")
         try:
             found = CaseOutcome(**json.loads(self.outcome_file(variant).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
@@ -156,8 +163,8 @@ class Sweep:
         path, text = self.outcome_file(variant), json.dumps(asdict(outcome), indent=2, ensure_ascii=False) + "\n"
         # Snakemake goes by the date: what is older than its case file would be made again.
         written = path.exists() and path.stat().st_mtime >= self.case_file(variant).stat().st_mtime
-        if not written or path.read_text(encoding="utf-8") != text:
-            atomic.write_bytes(path, text.encode())
+        if not written or path.read_bytes() != atomic.encoded(text):
+            atomic.write_text(path, text)
 
     def summaries(self, variant: Variant) -> dict[str, dict[str, Any]]:
         """Summaries of the stages of a variant that are up to date."""
@@ -171,18 +178,26 @@ class Sweep:
     def run(self, variants: Iterable[Variant], jobs: int, reporter: Reporter) -> None:
         """Run variants, so many at once; one that fails does not stop the others.
 
+        What another process works on is left until that has ended, and not run if it is the only thing left to do.
+
         Raises:
             KeyboardInterrupt: once all cases have stored what they have, if the user interrupts.
             OSError: if the disk does not take how a case ended.
         """
-        waiting, running = deque(variants), list[_Running]()
-        total, done, start = len(waiting), 0, time.monotonic()
+        waiting, running = list(variants), list[_Running]()
+        total, done = len(waiting), 0
+        start = active = time.monotonic()
         try:
             while waiting or running:
-                while waiting and len(running) < jobs:
-                    variant = waiting.popleft()
+                while len(running) < jobs and (variant := self._free(waiting)):
+                    waiting.remove(variant)
                     self.outcome_file(variant).unlink(missing_ok=True)
                     running.append(_Running(self, variant))
+                now = time.monotonic()
+                active = now if running else active
+                if now - active > PATIENCE:
+                    self._leave(waiting, reporter)
+                    return
                 time.sleep(PAUSE)
                 for case in [case for case in running if case.process.poll() is not None]:
                     running.remove(case)
@@ -193,6 +208,16 @@ class Sweep:
         except BaseException:
             self._stop(running, reporter)
             raise
+
+    def _free(self, waiting: Iterable[Variant]) -> Variant | None:
+        """The first variant that nobody works on."""
+        return next((variant for variant in waiting if not holder(self.job(variant).files)), None)
+
+    def _leave(self, waiting: Iterable[Variant], reporter: Reporter) -> None:
+        """Say who works on variants."""
+        for variant in waiting:
+            if outcome := self.outcome(variant):
+                reporter.say(f"{variant.case.name}: not run: {outcome.sentence or 'it has just been done elsewhere'}")
 
     def _note(self, case: _Running, place: str, reporter: Reporter) -> None:
         outcome = self.ended(case.variant, *case.end())
@@ -205,17 +230,14 @@ class Sweep:
         """End the running cases so that they can continue; a second interrupt does not wait for them."""
         if not running:
             return
-        reporter.say(f"stopping {len(running)} running cases; what they have stored is kept")
-        now = time.monotonic()
-        limit, again = now + GRACE, now
+        for case in running:
+            case.tell_to_stop()
         try:
-            while any(case.process.poll() is None for case in running) and now < limit:
-                if now >= again:  # an interrupt that meets a callback, of a weak reference for instance, is lost
-                    for case in running:
-                        case.process.terminate()
-                    again = now + REPEAT
+            with contextlib.suppress(OSError):  # whoever has gone need not be told
+                reporter.say(f"stopping {count(len(running), 'running case')}; what is stored is kept")
+            limit = time.monotonic() + GRACE
+            while any(case.process.poll() is None for case in running) and time.monotonic() < limit:
                 time.sleep(PAUSE)
-                now = time.monotonic()
         finally:
             for case in running:
                 case.process.kill()
@@ -223,7 +245,7 @@ class Sweep:
 
 
 class _Running:
-    """A case under way in a process of its own."""
+    """A case under way in a process of its own, which ends when this one does: :mod:`pipeline.cli.attended`."""
 
     def __init__(self, sweep: Sweep, variant: Variant) -> None:
         self.variant = variant
@@ -234,13 +256,14 @@ class _Running:
         options = ["--until", sweep.study.until, "--output", str(sweep.folder), "--threads", str(sweep.threads)]
         self.process = subprocess.Popen(
             # -P: a folder 'pipeline' in the working folder is not this program.
-            [sys.executable, "-P", "-m", "poro", "run", str(case), *options],
+            [sys.executable, "-P", "-m", "pipeline.cli.attended", "run", str(case), *options],
             env=os.environ | dict.fromkeys(THREAD_LIMITS, str(sweep.threads)),
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self.said,
             # Ctrl-C reaches all processes of a terminal's group: only we tell the cases to end, and once.
             start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
 
     @property
@@ -248,8 +271,14 @@ class _Running:
         """Since the start."""
         return time.monotonic() - self.started
 
+    def tell_to_stop(self) -> None:
+        """Have the process store what it has and end."""
+        assert self.process.stdin
+        self.process.stdin.close()
+
     def end(self) -> tuple[int, str]:
         """Exit code and sentence of the process, which has ended."""
+        self.tell_to_stop()
         code = self.process.returncode
         with self.said:
             self.said.seek(0)

@@ -61,7 +61,7 @@ def write(sweep: Sweep, table: list[Row]) -> list[Path]:
 
     files = [sweep.result("csv"), sweep.result("md")]
     for path, text in zip(files, (as_csv(table), as_markdown(sweep, table)), strict=True):
-        atomic.write_bytes(path, text.encode())
+        atomic.write_text(path, text)
     if any(row["C0"] is not None for row in table):
         files.append(sweep.result("png"))
         study = sweep.study

@@ -132,23 +132,27 @@ def _started(folder: Path, updates: int, output: str = ".") -> subprocess.Popen[
 
 
 @POSIX_SIGNALS
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGUSR1"])
 def test_interruption_whose_exception_is_lost_still_ends_the_run(
-    poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, poro: Poro, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    number = getattr(signal, name)
+    before = signal.signal(number, signal.SIG_DFL)  # nohup has hang-ups ignored
     observe = checkpoint.Keeper.observe
 
     def lost(keeper: checkpoint.Keeper, event: Any) -> None:
         observe(keeper, event)
         if getattr(event, "record", {}).get("update") == 1:
             with suppress(KeyboardInterrupt):  # as in a destructor
-                signal.raise_signal(signal.SIGTERM)
+                signal.raise_signal(number)
 
     monkeypatch.setattr(checkpoint.Keeper, "observe", lost)
     ended = poro("optimize", "tiny.yaml", "--output", "stopped", "--threads", 1, "--updates", 3)
     assert ended.code == ExitCode.INTERRUPTED
     assert "after design update 1, which is stored" in ended.err
     monkeypatch.undo()
-    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert signal.getsignal(number) is signal.SIG_DFL
+    signal.signal(number, before)
 
 
 @POSIX_SIGNALS

@@ -151,7 +151,7 @@ def test_without_a_design_there_is_a_sentence(poro: Poro, folder: Path, given: s
     (folder / "tiny/tiny.h5").unlink()
     ended = poro("plot", folder / given, "--output", folder)
     assert ended.code == 4
-    assert "tiny.h5: there is no such file; run the stage that makes it." in ended.err
+    assert "tiny.h5: there is no such file; run the stage that makes it, `poro optimize`" in ended.err
 
 
 def test_only_what_is_asked_for_is_drawn(poro: Poro, folder: Path) -> None:

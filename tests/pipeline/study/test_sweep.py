@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import platform
 import shutil
 import signal
 import subprocess
@@ -12,10 +13,11 @@ import sys
 import time
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from command_line import POSIX_SIGNALS, TINY, Poro
+from command_line import POSIX_SIGNALS, PROGRAM, TINY, Poro, environment
 from PIL import Image
 
 from actuator import compilation
@@ -24,6 +26,7 @@ from actuator.parameters import Law
 from pipeline.exit_codes import ExitCode
 from pipeline.figures.saving import save
 from pipeline.figures.sweep import sweep
+from pipeline.runs.claim import claimed, holder
 from pipeline.store import artifact
 from pipeline.study.study import read_study
 from pipeline.study.sweep import Sweep
@@ -108,43 +111,78 @@ def test_kernels_are_compiled_for_the_laws_of_the_cases(
     assert compiled == [Yeoh(0.2, 0.5)]  # one of the type will do
 
 
-@pytest.mark.slow
+def _asking_to_stop() -> list[Any]:
+    """Signals by which people, terminals and batch systems end a sweep; one of them is tried at every run of tests."""
+    names = ("SIGHUP", "SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGXCPU", "SIGKILL")
+    found = [getattr(signal, name, signal.SIGTERM) for name in names]  # on Windows they are not tried at all
+    return [pytest.param(number, marks=[pytest.mark.slow][: number != found[0]], id=number.name) for number in found]
+
+
 @POSIX_SIGNALS
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+@pytest.mark.parametrize("number", _asking_to_stop())
 def test_interrupted_sweep_ends_its_cases_and_continues(
     number: signal.Signals, tmp_path: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = "case: tiny.yaml\nvary: {load.pressure_ratio: [0.01, 0.02]}\nuntil: optimize\n"
     written(tmp_path, study, TINY.replace("max_updates: 1", "max_updates: 200"))
-    path = os.pathsep.join(entry for entry in sys.path if entry)
+
+    def as_in_a_terminal() -> None:
+        """A background job, or one of nohup, hands on that these are ignored."""
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
     process = subprocess.Popen(
-        [sys.executable, "-m", "poro", "sweep", "study.yaml", "--jobs", "1"],
-        env=os.environ | {"PYTHONPATH": path},
+        [*PROGRAM, "sweep", "study.yaml", "--jobs", "1"],
+        env=environment(),
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         text=True,
-        # As in test_optimize_command: a background job hands on that SIGINT is ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=as_in_a_terminal,
     )
     first = tmp_path / "study.sweep" / "tiny.pressure_ratio-0.01/details/tiny.pressure_ratio-0.01.checkpoint.h5"
-    limit = time.monotonic() + 300
+    limit = time.monotonic() + 120
     while not first.exists() and process.poll() is None and time.monotonic() < limit:
         time.sleep(0.05)
     process.send_signal(number)
     said = process.communicate(timeout=120)[1]
-    assert process.returncode == ExitCode.INTERRUPTED, said
-    assert "Interrupted with 2 of 2 cases left; run the same command to continue." in said
-    assert first.exists()
-    folder = first.parents[1]
-    assert not (folder / "tiny/details/tiny.pressure_ratio-0.01.outcome.json").exists()
-    log = first.with_name("tiny.pressure_ratio-0.01.log").read_text(encoding="utf-8")
-    assert "which is stored" in log
+    sweep = Sweep(read_study(tmp_path / "study.yaml"), tmp_path)
+    files = sweep.job(sweep.study.variants[0]).files
+    if number == signal.SIGKILL:  # nobody is left to wait for the case
+        while holder(files) and time.monotonic() < limit:
+            time.sleep(0.05)
+    else:
+        assert process.returncode == ExitCode.INTERRUPTED, said
+        assert "Interrupted with 2 of 2 cases left; run the same command to continue." in said
+    assert holder(files) is None
+    assert not sweep.outcome_file(sweep.study.variants[0]).exists()
+    assert "which is stored" in files.log.read_text(encoding="utf-8")
     stored = int(artifact.read(first, "checkpoint", "progress/updates")[0])
     # The rest of it takes too long here; that the case goes on is what matters.
-    case = folder / "tiny.pressure_ratio-0.01.yaml"
+    case = first.parents[1] / "tiny.pressure_ratio-0.01.yaml"
     ended = poro("optimize", case, "--output", case.parents[1], "--updates", stored + 1, "--threads", 1)
     assert ended.code == ExitCode.OK
     assert f"Continuing after design update {stored}." in ended.err
+
+
+def test_sweep_says_who_works_on_a_case_and_leaves_it_alone(
+    poro: Poro, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.study.sweep.PATIENCE", 0.0)
+    written(tmp_path, "case: tiny.yaml\nvary: {load.pressure_ratio: [0.01]}\nuntil: optimize\n")
+    sweep = Sweep(read_study(Path("study.yaml")), Path())
+    (variant,) = sweep.study.variants
+    sweep.prepare([variant])
+    with claimed(sweep.job(variant).files):
+        ended = poro("sweep", "study.yaml")
+        assert ended.code == ExitCode.BUSY
+        who = f"process {os.getpid()} on {platform.node()} is working on it"
+        assert f"{variant.case.name}: not run: {who}\n" in ended.err
+        last = ended.err.splitlines()[-1]
+        assert last == f"poro: 1 of 1 cases are not run, the first of them {variant.case.name}: {who}; " + (
+            "run the same command again once that has ended."
+        )
+        assert who in Path("study.sweep.md").read_text(encoding="utf-8")
+    assert not sweep.outcome_file(variant).exists()
 
 
 @pytest.mark.parametrize(("keys", "images"), [((3,), 0), ((3, 2), 0), ((12, 9), 4), ((3, 2, 2), 0)])

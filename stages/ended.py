@@ -1,0 +1,123 @@
+"""From the state that an optimisation ended in, or has reached, to the result that is kept of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stages.design import Result
+from stages.settings import ProblemSettings
+from stages.similarity import Units, similar
+
+if TYPE_CHECKING:
+    from actuator.arrays import Floats
+    from actuator.domains.interface import Domain
+    from actuator.equations.kinematics import Kinematics
+    from actuator.optimiser.loop import Outcome, Record
+
+#: What is said of a design whose optimisation has not ended.
+UNFINISHED = "The optimisation has not ended: this is the state after design update {}."
+
+
+class Reached(NamedTuple):
+    """A design and its state in the units of the computation."""
+
+    kinematics: Kinematics
+    chi: Floats
+    x: Floats
+    p: Floats
+
+
+def told(
+    domain: Domain,
+    state: Reached,
+    history: Sequence[Record],
+    terms: tuple[str, ...],
+    checks: dict[str, float],
+    outcome: Outcome | None,
+    checkpoint: dict[str, Floats],
+    units: Units,
+) -> Result:
+    """The result in mm and N/mm²; of a run that has not ended if there is no outcome."""
+    from actuator.equations.kinematics import ARM  # as in run
+    from actuator.optimiser.loop import COUNTS, PARTS
+
+    records = [recorded(record, units) for record in history]
+    columns, last = {key: np.array([record[key] for record in records]) for key in records[0]}, records[-1]
+    times = {f"seconds_{part}": part for part in PARTS}
+    known = ("C", *terms, "T1", "T3", "theta2", "stationarity", "update", "evaluations", "dt", "inner", "seconds")
+    p = units.stress * state.p
+    converged, reason = (outcome.converged, outcome.reason) if outcome else (False, UNFINISHED.format(len(records) - 1))
+    summary = {
+        "C": last["C"],
+        "terms": {name: last[name] for name in terms},
+        **{name: last[name] for name in ("T1", "T3", "theta2")},
+        "spring_elongation": -units.length * float(state.kinematics.elongation(state.x)),
+        "p_min": float(p.min()),
+        "p_max": float(p.max()),
+        **checks,
+        **{name: value for name, value in last.items() if name not in (*known, *COUNTS, *times)},
+        "stationarity": last["stationarity"],
+        "updates": len(records) - 1,
+        "evaluations": outcome.progress.evaluations if outcome else int(last["evaluations"]),
+        "work": {key: int(last[key]) for key in (*COUNTS, "inner")},
+        "seconds": last["seconds"],
+        "seconds_per_part": {part: last[name] for name, part in times.items()},
+        "converged": converged,
+        "reason": reason,
+    }
+    return Result(
+        domain=domain,
+        chi=state.chi,
+        displacement=units.length * state.kinematics.displacement(state.x),
+        pressure=p,
+        arm=state.x[ARM] * (units.length, units.length, 1.0),
+        history=columns,
+        summary=summary,
+        checkpoint=checkpoint,
+        converged=converged,
+        reason=reason,
+    )
+
+
+def recorded(record: Record, units: Units) -> Record:
+    """A record of the history with its lengths in mm."""
+    return record | {name: units.length * record[name] for name in ("T1", "T3")}
+
+
+def reached(problem: ProblemSettings, checkpoint: Mapping[str, Any]) -> Result:
+    """The design of a checkpoint, of a run that has not ended: nothing is solved.
+
+    Its summary lacks what is only computed at the end: the leak by second-order elements and the share of the solid in
+    the passive core.
+
+    Args:
+        problem: the case.
+        checkpoint: as an event of the run gave it.
+
+    Raises:
+        actuator.failure.InvalidField: if it is none of this case.
+    """
+    from actuator.equations.kinematics import Kinematics  # as in run
+    from actuator.failure import InvalidField
+    from actuator.solve.reduced import wall_leak
+    from actuator.terms import PAPER
+
+    core, units = similar(problem)
+    _, load, _ = core.parameters()
+    domain = core.domain.build()
+    kinematics = Kinematics(domain, load)
+    chi, x, p = (checkpoint.get(name, np.empty(0)) for name in ("chi", "x", "p"))
+    columns = {key.removeprefix("history."): value for key, value in checkpoint.items() if key.startswith("history.")}
+    vertices = (len(domain.points),)
+    if chi.shape != vertices or p.shape != vertices or x.shape != (kinematics.size,) or not columns:
+        raise InvalidField("its state does not fit its mesh; start over with --fresh.")
+    checks = {"wall_leak": wall_leak(domain, p, load.pressure)}
+    state, terms = Reached(kinematics, chi, x, p), (*PAPER, *problem.objective.terms)
+    try:
+        rows = [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)]
+        return told(problem.domain.build(), state, rows, terms, checks, None, dict(checkpoint), units)
+    except (LookupError, TypeError, ValueError):
+        raise InvalidField("its history is not whole; start over with --fresh.") from None
