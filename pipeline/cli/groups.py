@@ -34,7 +34,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "plot": "poro plot quick.yaml --only section",
         "film": "poro film quick.yaml --of inflation",
         "report": "poro report quick.yaml",
-        "convert": "poro convert outputs/quick.h5 quick.vtu",
+        "convert": "poro convert quick.h5 quick.vtu",
     },
     "Solids of any program": {
         "check": "poro check part.stl --direction x",
