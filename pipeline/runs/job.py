@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.case import text as case_text
 from pipeline.case.changes import SET, changed, parsed
 from pipeline.case.model import Case, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
@@ -160,7 +161,12 @@ def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[d
             raise Fault(ExitCode.USAGE, f"{SET}: {key}: {flags[key]} says it too; leave one of them out.")
         if "." not in key and isinstance(settings[key], Mapping):
             raise Fault(ExitCode.USAGE, f"{SET}: {key}: is a section; set its keys one by one, {key}.KEY=VALUE.")
-    return {option.dotted: value for option, value in options.items()} | dict(settings), flags
+    # Quantities are typed as in a case file, where 1.0 is a number and 70 kPa is text.
+    said = {
+        option.dotted: case_text.value(value, option.flag) if option.kind is str and not option.choices else value
+        for option, value in options.items()
+    }
+    return said | dict(settings), flags
 
 
 def or_checkpoint(path: Path) -> Path:
