@@ -60,6 +60,8 @@ def as_written(mistake: Mistake, quantities: Mapping[str, float]) -> Mistake:
 
 def with_quantities(data: Mapping[str, Any], quantities: Mapping[str, float]) -> dict[str, Any]:
     """The data of a case with the quantities that it was given in place of their ratios."""
+    if not quantities:
+        return dict(data)
     gone = {_INSTEAD[key].ratio for key in quantities}
     load = {key: value for key, value in data["load"].items() if key not in gone}
     return {**data, "load": load | dict(quantities)}
