@@ -24,11 +24,6 @@ def parts(incomplete: str) -> list[str]:
     return sorted({*cases(incomplete), *solids})
 
 
-def artifacts(incomplete: str) -> list[str]:
-    """Artifacts and folders that begin as what is typed."""
-    return _files(incomplete, (".h5",))
-
-
 def studies(incomplete: str) -> list[str]:
     """YAML files and folders that begin as what is typed."""
     return _files(incomplete, STUDY_ENDINGS)

@@ -26,8 +26,8 @@ def another_problem(job: Job, steps: list[Step]) -> list[str]:
     if here or not any(step.runs for step in steps) or any("forced" in step.reasons for step in steps):
         return []
     own = problem(plain(job.case))
-    for path in (*map(job.files.artifact, STAGES), job.files.checkpoint):
-        with contextlib.suppress(Fault):  # missing or unreadable: nothing to keep
+    for path in filter(Path.exists, (*map(job.files.artifact, STAGES), job.files.checkpoint)):
+        with contextlib.suppress(Fault):  # unreadable: nothing to keep
             if found := changes(problem(artifact.read_header(path).case_resolved), own):
                 return found
     return []

@@ -12,7 +12,7 @@ from pipeline.case.model import Case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.adopted import is_solid
 from pipeline.store import artifact, contents
-from pipeline.store.files import Files
+from pipeline.store.files import Files, located
 from pipeline.store.solid_file import read_solid
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def known_by_content(case: Case, argument: Path, text: str, files: Files) -> Cas
     if initial.file is None:
         return case
     line = f":{case_text.parse(text.encode(), str(argument)).line(('initial', 'file'))}" if text else ""
-    place, file = f"{argument}{line}: initial.file:", Path(initial.file)
+    place, file = f"{argument}{line}: initial.file:", located(Path(initial.file))
     if file.resolve() == files.artifact("optimize").resolve():
         sentence = f"{place} {file} is where the case's own result goes; give the case another name."
         raise Fault(ExitCode.USAGE, sentence)
@@ -74,4 +74,4 @@ def known_by_content(case: Case, argument: Path, text: str, files: Files) -> Cas
             f"{place} what {file} holds is not what initial.sha256 says but {digest}; give the file that is meant, or "
             "leave that key out.",
         )
-    return case.model_copy(update={"initial": initial.model_copy(update={"sha256": digest})})
+    return case.model_copy(update={"initial": initial.model_copy(update={"file": str(file), "sha256": digest})})

@@ -163,7 +163,7 @@ def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[d
             raise Fault(ExitCode.USAGE, f"{SET}: {key}: is a section; set its keys one by one, {key}.KEY=VALUE.")
     # Quantities are typed as in a case file, where 1.0 is a number and 70 kPa is text.
     said = {
-        option.dotted: case_text.value(value, option.flag) if option.kind is str and not option.choices else value
+        option.dotted: case_text.value(value, option.flag) if isinstance(value, str) and not option.choices else value
         for option, value in options.items()
     }
     return said | dict(settings), flags

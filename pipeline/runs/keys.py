@@ -28,12 +28,8 @@ def plain(settings: BaseModel) -> dict[str, Any]:
 def stage_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     """The part of a resolved case on which a stage's result depends, section by section."""
     row = STAGES[stage]
-    found = _without(resolved, row.sections, row.recorded_only)
-    for key, other in row.only_with.items():
-        section, _, name = key.partition(".")
-        if _at(resolved, other) is None and name in found[section]:
-            found[section][name] = None
-    return found
+    idle = [key for key, other in row.only_with.items() if _at(resolved, other) is None]
+    return _without(resolved, row.sections, row.recorded_only, idle)
 
 
 def path_key(resolved: Mapping[str, Any], stage: str, version: int) -> str:
@@ -57,10 +53,16 @@ def _path_settings(resolved: Mapping[str, Any], stage: str) -> dict[str, Any]:
     return _without(resolved, row.sections, row.recorded_only + row.extent)
 
 
-def _without(resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str]) -> dict[str, Any]:
-    """Sections without some keys; one that says nothing is left out, so that results of before it was known stay."""
+def _without(
+    resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str], idle: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Sections without some keys, and with others unset; one that says nothing is left out, as before it was known."""
     kept = {
-        section: {key: value for key, value in resolved.get(section, {}).items() if f"{section}.{key}" not in left_out}
+        section: {
+            key: None if f"{section}.{key}" in idle else value
+            for key, value in resolved.get(section, {}).items()
+            if f"{section}.{key}" not in left_out
+        }
         for section in sections
     }
     return {

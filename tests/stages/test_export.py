@@ -124,8 +124,8 @@ def test_round_trip_of_random_parts(seed: int, noisy: bool, scale: float, file_f
     chi = rng.normal(size=len(waves)) if noisy else waves
     chi[40] = 1.0
     surface = part(chi)
-    one = export.run(surface.vertices, surface.triangles, export.Settings(format=file_format))
-    scaled = export.run(surface.vertices, surface.triangles, export.Settings(scale=scale, format=file_format))
+    one = export.run(surface.vertices, surface.triangles, export.Settings(format=file_format, most_removed=1.0))
+    scaled = export.run(surface.vertices, surface.triangles, export.Settings(scale=scale, format=file_format, most_removed=1.0))
     assert one.passed
     assert scaled.passed
     assert scaled.volume == pytest.approx(scale**3 * one.volume, rel=1e-4)
@@ -188,7 +188,7 @@ def test_islands_that_are_much_of_the_part_are_not_removed_unless_allowed(folder
     ended = poro("export", "tiny.solid.h5", "--force")
     assert ended.code == ExitCode.BAD_SOLID
     share = float(re.search(r"2 bodies float beside the part and are (.*?) % of the volume", ended.err)[1])
-    assert share == pytest.approx(100.0 * 250.0 / (250.0 + trimesh.load("tiny.stl").volume), rel=1e-2)
+    assert share == pytest.approx(100.0 * 250.0 / (250.0 + trimesh.load("tiny/tiny.stl").volume), rel=1e-2)
     assert "125 mm³ at (7.5, -9.0, -30.0) mm" in ended.err
     assert (folder / "tiny/tiny.stl").read_bytes() == before
     ended = poro("export", "tiny.solid.h5", "--most-removed", 0.5)
@@ -202,8 +202,9 @@ def test_decimation_stays_within_its_tolerance(tolerance: float) -> None:
     domain = DOMAIN.refined(2)
     waves = np.cos(domain.points @ np.array([0.4, 0.5, 0.3])) - 0.2
     surface = mirror.run(domain, waves, mirror.Settings())
-    exact = export.run(surface.vertices, surface.triangles, export.Settings())
-    coarse = export.run(surface.vertices, surface.triangles, export.Settings(decimation=tolerance))
+    whole = export.Settings(most_removed=1.0)
+    exact = export.run(surface.vertices, surface.triangles, whole)
+    coarse = export.run(surface.vertices, surface.triangles, whole.model_copy(update={"decimation": tolerance}))
     assert coarse.passed
     assert coarse.report["decimated"] == len(exact.triangles) - len(coarse.triangles) > 0
     assert exact.report["decimated"] == 0
@@ -244,7 +245,7 @@ def test_inspection_reads_ascii_stl() -> None:
 @pytest.mark.parametrize("damage", ["empty", "text", "truncated", "random"])
 def test_inspection_refuses_what_it_cannot_read(file_format: export.Format, damage: str) -> None:
     surface = tube()
-    data = export.run(surface.vertices, surface.triangles, export.Settings(format=file_format)).data
+    data = export.run(surface.vertices, surface.triangles, export.Settings(format=file_format, most_removed=1.0)).data
     damaged = {
         "empty": b"",
         "text": b"this is no solid\n",

@@ -187,7 +187,7 @@ def test_part_as_printed_goes_before_the_density_field(
     report = json.loads((inflated / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     assert report["prediction"]["source"] == "as-printed"
     (beside,) = report["beside"]
-    assert beside == {"source": "density", "path": "tiny.simulation.h5", "predicted_mm": pytest.approx(23.0)}
+    assert beside == {"source": "density", "path": "tiny/details/tiny.simulation.h5", "predicted_mm": pytest.approx(23.0)}
     assert report["linearity"]["predicted"]["r_squared"] == pytest.approx(1.0)
     found = json.loads(poro("compare", "tiny.h5", measured, *PART, "--prediction", "density", "--json").out)
     assert (found["prediction"]["source"], found["beside"][0]["source"]) == ("density", "as-printed")
@@ -340,4 +340,4 @@ def test_angle_and_force_are_compared_with_theirs(inflated: Path, measured: Path
     ended = poro("compare", "tiny.h5", held, *PART)
     assert ended.code == 0, ended.err
     assert "the prediction does not say" in ended.out
-    assert "`poro inflate tiny.h5 --blocked` does" in ended.out
+    assert "`poro inflate tiny/tiny.h5 --blocked` does" in ended.out

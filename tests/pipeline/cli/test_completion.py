@@ -53,7 +53,7 @@ def test_values_shipped_cases_folders_artifacts_and_studies_are_completed(files:
     assert offered("bash", files, "poro export cases/a") == {"cases/arm.yaml"}
     shipped = {f"case{limit}{kind}.yaml" for limit in (11, 14) for kind in ("", "-eq14-shift")}
     assert offered("bash", files, "poro run ca") == {*shipped, "cases/"}
-    assert offered("bash", files, "poro convert s") == {"small.h5"}
+    assert offered("bash", files, "poro convert s") == {"small.yaml", "small.h5"}
     assert offered("bash", files, "poro sweep s") == {"small.yaml"}
     assert offered("bash", files, "poro new x --like q") == {"quick.yaml"}
 

@@ -27,11 +27,11 @@ def test_a_state_that_is_not_stable_has_a_code_of_its_own(poro: Poro, tmp_path: 
     assert "the pressure is raised from zero in steps" in ended.err
     assert "state at 100% of p_in" in ended.err
     last = ended.err.splitlines()[-1]
-    assert last.startswith("poro: soft.h5: the design is stored, but its state is not stable")
+    assert last.startswith("poro: soft/soft.h5: the design is stored, but its state is not stable")
     assert "material.hessian_regularisation" in last
     assert "C0" in ended.out  # the summary is there as ever
-    assert contents.summary(tmp_path / "soft.h5", "optimize")["negative_eigenvalues"] > 0
-    assert (tmp_path / "soft.refined.h5").exists()
+    assert contents.summary(tmp_path / "soft/soft.h5", "optimize")["negative_eigenvalues"] > 0
+    assert (tmp_path / "soft/details/soft.refined.h5").exists()
     again = poro("optimize", "soft.yaml", *ONE)
     assert "up to date" in again.err
     assert again.code == ExitCode.UNSTABLE
@@ -43,7 +43,7 @@ def test_without_a_spring_nothing_is_said_of_one(poro: Poro, tmp_path: Path) -> 
     ended = poro("optimize", "free.yaml", *ONE, "--updates", 0)
     assert ended.code == ExitCode.OK
     assert "spring" not in ended.out + ended.err
-    travel = contents.summary(tmp_path / "free.h5", "optimize")["spring_elongation"]
+    travel = contents.summary(tmp_path / "free/free.h5", "optimize")["spring_elongation"]
     assert f"  travel of the arm   {travel:.3f} mm" in ended.out.splitlines()
 
 
@@ -53,7 +53,7 @@ def test_a_held_end_is_told_with_its_force(poro: Poro, tmp_path: Path) -> None:
         (tmp_path / f"{name}.yaml").write_text(TINY + f"load: {{spring_ratio: {ratio}}}\n")
         ended = poro("optimize", f"{name}.yaml", *ONE, "--updates", 0)
         assert ended.code == ExitCode.OK
-        found[name] = contents.summary(tmp_path / f"{name}.h5", "optimize")
+        found[name] = contents.summary(tmp_path / f"{name}/{name}.h5", "optimize")
         assert "holds the arm's end: C0, which is the travel of that end over L_arm, stays 0" in ended.err
         assert "Lower load.spring_ratio" in ended.err
         line = next(line for line in ended.out.splitlines() if line.startswith("  blocked force"))

@@ -42,7 +42,7 @@ def test_a_wall_of_given_thickness(poro: Poro, tmp_path: Path) -> None:
     ended = poro("optimize", "wall.yaml", *BEGIN)
     assert ended.code == ExitCode.OK, ended.err
     domain = HalfCylinder(15.0, 15.0, 3, 1, 3)
-    chi, radii = chi_of(tmp_path / "wall.h5"), np.hypot(*domain.points[:, 1:].T)
+    chi, radii = chi_of(tmp_path / "wall/wall.h5"), np.hypot(*domain.points[:, 1:].T)
     assert (chi[radii < 8.5] < 0.0).all()
     assert (chi[(radii > 9.5) & (radii < 14.0)] > 0.0).all()
     assert np.abs(chi[radii > 14.9]).max() < 1e-9  # the surface of the part
@@ -54,7 +54,7 @@ def test_a_wall_of_given_thickness(poro: Poro, tmp_path: Path) -> None:
 def test_the_result_of_another_case_on_another_mesh(folder: Path, poro: Poro) -> None:
     (folder / "next.yaml").write_text(FINER + "initial: {file: tiny.h5}\n")
     assert poro("optimize", "next.yaml", *BEGIN).code == ExitCode.OK
-    mine, source = chi_of(folder / "next.h5"), chi_of(folder / "tiny/tiny.h5")
+    mine, source = chi_of(folder / "next/next.h5"), chi_of(folder / "tiny/tiny.h5")
     assert source.min() <= mine.min() < mine.max() <= source.max()
     axis = HalfCylinder(15.0, 15.0, 3, 1, 3).points[:, 1:] == 0.0
     coarse = HalfCylinder(15.0, 15.0, 2, 1, 3).points[:, 1:] == 0.0
@@ -67,7 +67,7 @@ def test_a_file_is_known_by_what_it_holds(folder: Path, poro: Poro) -> None:
     write_tube(folder / "cases" / "tube.stl", 8.0)
     case = "cases/next.yaml"
     assert poro("optimize", case, *BEGIN[:-2]).code == ExitCode.OK
-    assert chi_of(folder / "next.h5").max() > 0.0
+    assert chi_of(folder / "next/next.h5").max() > 0.0
     assert not reasons(poro, case)
     shutil.move(folder / "cases" / "tube.stl", folder / "cases" / "other.stl")
     (folder / "cases" / "next.yaml").write_text(FINER + "initial: {file: other.stl}\noptimizer: {max_updates: 0}\n")
@@ -95,7 +95,7 @@ def test_a_case_that_says_nothing_of_it_stays_up_to_date(folder: Path, poro: Por
         ("{file: none.h5}", ExitCode.ARTIFACT, "bad.yaml:2: initial.file: "),
         ("{file: bad.yaml}", ExitCode.ARTIFACT, "holds no design; give a result, NAME.h5, or a part as STL or 3MF"),
         ("{file: tiny.stl.h5}", ExitCode.ARTIFACT, "this is the result of 'export'; give that of optimize or refine"),
-        ("{file: bad.h5}", ExitCode.USAGE, "is where the case's own result goes; give the case another name"),
+        ("{file: bad/bad.h5}", ExitCode.USAGE, "is where the case's own result goes; give the case another name"),
         ("{file: tiny.h5, wall: 3.0}", ExitCode.USAGE, "bad.yaml:2: initial: has both 'wall' and 'file'"),
         ("{scale: 2.0}", ExitCode.USAGE, "bad.yaml:2: initial: has 'scale' but no 'file'"),
         ("{wall: -1.0}", ExitCode.USAGE, "bad.yaml:2: initial.wall: must be greater than 0"),
@@ -108,7 +108,7 @@ def test_what_is_no_use_is_said(folder: Path, poro: Poro, section: str, code: Ex
     ended = poro("optimize", "bad.yaml", *BEGIN)
     assert ended.code == code, ended.err
     assert sentence in ended.err
-    assert not (folder / "bad.h5").exists()
+    assert not (folder / "bad/bad.h5").exists()
 
 
 def test_from_python(folder: Path) -> None:

@@ -51,9 +51,9 @@ def on_terminal(folder: Path, columns: int, *arguments: str, **variables: str) -
 def test_quiet_leaves_faults_and_names_of_files(folder: Path, poro: Poro) -> None:
     (folder / "tiny/details/tiny.solid.h5").unlink()
     ended = poro("-q", "mirror", "tiny.yaml", *HERE)
-    assert (ended.code, ended.out, ended.err) == (ExitCode.OK, "tiny.solid.h5\n", "")
+    assert (ended.code, ended.out, ended.err) == (ExitCode.OK, "tiny/details/tiny.solid.h5\n", "")
     assert "mirror: missing" in (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")
-    assert poro("mirror", "tiny.yaml", *HERE, "-q").out == "tiny.solid.h5\n"
+    assert poro("mirror", "tiny.yaml", *HERE, "-q").out == "tiny/details/tiny.solid.h5\n"
     wrong = poro("mirror", "-q", "other.yaml", *HERE)
     assert (wrong.code, wrong.out) == (ExitCode.USAGE, "")
     assert wrong.err.startswith("poro: other.yaml: ")
@@ -64,7 +64,7 @@ def test_verbose_shows_what_goes_into_the_log(folder: Path, poro: Poro) -> None:
     for arguments in (("-v", "mirror", "tiny.yaml"), ("mirror", "tiny.yaml", "--verbose", "--force")):
         said = poro(*arguments, *HERE).err
         assert re.search(r"^poro \d.*: tiny.yaml$", said, flags=re.MULTILINE)
-        assert re.search(r"^mirror: tiny.solid.h5 written, [\d.]+ kB, after [\d.]+ s$", said, flags=re.MULTILINE)
+        assert re.search(r"^mirror: tiny/details/tiny.solid.h5 written, [\d.]+ kB, after [\d.]+ s$", said, flags=re.MULTILINE)
         assert said.count("triangles") == 1  # what all are told is not told twice
     assert "written" not in poro("mirror", "tiny.yaml", "--force", *HERE).err
     assert "written" in (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")
@@ -73,7 +73,7 @@ def test_verbose_shows_what_goes_into_the_log(folder: Path, poro: Poro) -> None:
 def test_a_stage_s_command_tells_that_stage_and_points_to_the_design(folder: Path, poro: Poro) -> None:
     out = poro("export", "tiny.yaml", *HERE).out
     assert re.search(r"^  watertight +yes$", out, flags=re.MULTILINE)
-    assert re.search(r"^  design +tiny.h5, told by `poro optimize`$", out, flags=re.MULTILINE)
+    assert re.search(r"^  design +tiny/tiny.h5, told by `poro optimize`$", out, flags=re.MULTILINE)
     assert not re.search(r"^  (C0|work|stationarity) ", out, flags=re.MULTILINE)
     assert re.search(r"^  seconds +export [\d.]+$", out, flags=re.MULTILINE)
     for command in (["optimize", "tiny.yaml"], ["run", "tiny.yaml", "--until", "export"]):
@@ -120,7 +120,7 @@ def test_findings_of_a_check_are_coloured(tmp_path: Path) -> None:
     verdicts: tuple[Verdict, ...] = ("pass", "warn", "fail")
     findings = tuple(Finding(Check.WALLS, verdict, f"is {verdict}.") for verdict in verdicts)
     result = check.Result(findings, triangles=12, size=(1.0, 1.0, 1.0))
-    report = CheckReport(tmp_path / "part.stl", "", check.Settings(), result)
+    report = CheckReport(tmp_path / "part.stl", "", None, check.Settings(), result)
     with own_manner() as manner:
         manner.colour = "always"
         coloured = report.as_text()

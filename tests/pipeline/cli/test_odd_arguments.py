@@ -55,8 +55,9 @@ def arguments(poro: Poro, folder: Path) -> list[str]:
         Path(name).mkdir()
     if sys.platform == "linux":
         for ending in ("yaml", "h5", "stl"):
-            shutil.copy(f"tiny.{ending}", f"{ODD}.{ending}")
-    return [*sorted(path.name for path in folder.iterdir()), "missing.yaml", "missing.h5", "missing.stl", ""]
+            shutil.copy(f"{'' if ending == 'yaml' else 'tiny/'}tiny.{ending}", f"{ODD}.{ending}")
+    artifacts = sorted(path.name for path in (folder / "tiny").rglob("tiny.*"))
+    return [*sorted(path.name for path in folder.iterdir()), *artifacts, "missing.yaml", "missing.h5", "missing.stl", ""]
 
 
 @pytest.mark.usefixtures("quickly")
@@ -75,9 +76,9 @@ def test_no_argument_ends_in_an_unexpected_error(command: str, few: bool, argume
 
 #: Datasets of each artifact on which commands rest.
 RESTED_ON = {
-    "tiny.h5": ("vertices/chi", "nodes/connectivity", "domain/radius", "report/summary"),
-    "tiny.solid.h5": ("surface/connectivity", "surface/points"),
-    "tiny.stl.h5": ("report/summary",),
+    "tiny/tiny.h5": ("vertices/chi", "nodes/connectivity", "domain/radius", "report/summary"),
+    "tiny/details/tiny.solid.h5": ("surface/connectivity", "surface/points"),
+    "tiny/details/tiny.stl.h5": ("report/summary",),
 }
 
 
@@ -114,8 +115,8 @@ def test_formats_that_cannot_hold_a_mesh_say_what_can(ending: str, folder: Path,
 
 @odd_names
 def test_names_that_are_no_utf8_work(folder: Path, poro: Poro) -> None:
-    shutil.copy("tiny.h5", f"{ODD}.h5")
-    shutil.copy("tiny.stl", f"{ODD}.stl")
+    shutil.copy("tiny/tiny.h5", f"{ODD}.h5")
+    shutil.copy("tiny/tiny.stl", f"{ODD}.stl")
     os.mkdir(ODD)
     assert poro("check", f"{ODD}.stl", "--pitch", "2.0", "--json").code in (ExitCode.OK, ExitCode.BAD_SOLID)
     (stored,) = (path for path in folder.rglob("*.check.json") if ODD in path.name)
