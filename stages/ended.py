@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stages.design import Result
+from stages.load import arm_end
 from stages.settings import ProblemSettings
 from stages.similarity import Units, similar
 
@@ -118,6 +119,8 @@ def reached(problem: ProblemSettings, checkpoint: Mapping[str, Any]) -> Result:
     state, terms = Reached(kinematics, chi, x, p), (*PAPER, *problem.objective.terms)
     try:
         rows = [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)]
-        return told(problem.domain.build(), state, rows, terms, checks, None, dict(checkpoint), units)
+        result = told(problem.domain.build(), state, rows, terms, checks, None, dict(checkpoint), units)
     except (LookupError, TypeError, ValueError):
         raise InvalidField("its history is not whole; start over with --fresh.") from None
+    result.summary.update(arm_end(problem, result.summary["spring_elongation"]))
+    return result

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from stages.settings import ProblemSettings
 
 #: Spring ratio from which the arm's end counts as held. On 384 cells of the paper's case the travel is then 1/970
@@ -17,6 +19,12 @@ def held(problem: ProblemSettings) -> bool:
 def travel(problem: ProblemSettings) -> str:
     """What the travel of the arm's end is called."""
     return "elongation of the spring" if problem.load.spring_ratio else "travel of the arm's end"
+
+
+def arm_end(problem: ProblemSettings, elongation: float) -> dict[str, Any]:
+    """What a summary says of the arm's end at an elongation, mm, of its spring: what holds it, with which force."""
+    end = "held" if held(problem) else "sprung" if problem.load.spring_ratio else "free"
+    return {"arm_end": end, "spring_force": whole_force(problem, elongation)}
 
 
 def whole_force(problem: ProblemSettings, elongation: float) -> float:

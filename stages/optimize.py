@@ -13,7 +13,7 @@ from stages.domains import DomainSettings
 from stages.ended import Reached, recorded, told
 from stages.events import DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
-from stages.load import held, whole_force
+from stages.load import arm_end, held
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
@@ -143,11 +143,8 @@ def run(
     if negative:
         observer(Message(f"The last design's state is not stable ({negative} negative eigenvalues)."))
     result = _result(settings.domain.build(), objective, outcome, optimiser.checkpoint(progress), units)
-    result.summary.update(
-        negative_eigenvalues=negative,
-        arm_end="held" if held(settings) else "sprung" if settings.load.spring_ratio else "free",
-        spring_force=whole_force(settings, result.summary["spring_elongation"]),
-    )
+    end = arm_end(settings, result.summary["spring_elongation"])
+    result.summary.update(end, negative_eigenvalues=negative)
     return result
 
 

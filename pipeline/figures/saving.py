@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image, ImageDraw
 from PIL.ImageFont import load_default
 
-from pipeline.store.atomic import write_bytes
+from pipeline.store import atomic
 
 # Fonts that matplotlib looks for and that no figure uses are nothing to tell a user about.
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
@@ -31,7 +32,7 @@ def save(figure: Drawn, path: Path) -> None:
     Raises:
         OSError: if the folder or the disk does not take it.
     """
-    write_bytes(path, encoded(figure, path.suffix[1:], path.stem))
+    atomic.write_bytes(path, encoded(figure, path.suffix[1:], path.stem))
 
 
 def labelled(figure: Drawn, label: str) -> Drawn:
@@ -56,9 +57,12 @@ def encoded(figure: Drawn, format: str, name: str) -> bytes:
     """
     if isinstance(figure, Image.Image):
         return _with_fewer_colours(figure)
+    for text in figure.findobj(Text):
+        # Names of files may hold bytes that are no UTF-8, which no font can draw.
+        text.set_text(atomic.encoded(text.get_text()).decode())
     written = io.BytesIO()
     # Without a date and with names that are not drawn by lot, the same figure gives the same bytes.
-    with rc_context({"svg.hashsalt": name}):
+    with rc_context({"svg.hashsalt": atomic.encoded(name).decode()}):
         if date := DATES.get(format):
             figure.savefig(written, format=format, metadata={date: None}, dpi=PIXELS)
             return written.getvalue()

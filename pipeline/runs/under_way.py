@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.exit_codes import Fault
 from pipeline.results.wording import count, duration
 from pipeline.runs import checkpoint
+from pipeline.runs.adopted import is_solid
 from pipeline.runs.claim import Holder, holder
 from pipeline.runs.job import Job, open_job, or_checkpoint
 from pipeline.store import artifact
@@ -95,6 +96,8 @@ def artifact_of(source: Path) -> Path:
 
 def under_way(job: Job) -> UnderWay:
     """What happens to the case of a job now."""
+    if is_solid(job.argument):
+        return UnderWay(holder(job.files), None)
     path = checkpoint.farthest(job)
     return UnderWay(holder(job.files), _reached(path) if path != job.artifact(checkpoint.OPTIMIZE) else None)
 

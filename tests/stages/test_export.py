@@ -124,8 +124,9 @@ def test_round_trip_of_random_parts(seed: int, noisy: bool, scale: float, file_f
     chi = rng.normal(size=len(waves)) if noisy else waves
     chi[40] = 1.0
     surface = part(chi)
-    one = export.run(surface.vertices, surface.triangles, export.Settings(format=file_format, most_removed=1.0))
-    scaled = export.run(surface.vertices, surface.triangles, export.Settings(scale=scale, format=file_format, most_removed=1.0))
+    anything = export.Settings(format=file_format, most_removed=1.0)
+    one = export.run(surface.vertices, surface.triangles, anything)
+    scaled = export.run(surface.vertices, surface.triangles, anything.model_copy(update={"scale": scale}))
     assert one.passed
     assert scaled.passed
     assert scaled.volume == pytest.approx(scale**3 * one.volume, rel=1e-4)

@@ -187,7 +187,8 @@ def test_part_as_printed_goes_before_the_density_field(
     report = json.loads((inflated / "tiny/details/tiny.compare.json").read_text(encoding="utf-8"))
     assert report["prediction"]["source"] == "as-printed"
     (beside,) = report["beside"]
-    assert beside == {"source": "density", "path": "tiny/details/tiny.simulation.h5", "predicted_mm": pytest.approx(23.0)}
+    path = "tiny/details/tiny.simulation.h5"
+    assert beside == {"source": "density", "path": path, "predicted_mm": pytest.approx(23.0)}
     assert report["linearity"]["predicted"]["r_squared"] == pytest.approx(1.0)
     found = json.loads(poro("compare", "tiny.h5", measured, *PART, "--prediction", "density", "--json").out)
     assert (found["prediction"]["source"], found["beside"][0]["source"]) == ("density", "as-printed")

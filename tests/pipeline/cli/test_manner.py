@@ -64,7 +64,8 @@ def test_verbose_shows_what_goes_into_the_log(folder: Path, poro: Poro) -> None:
     for arguments in (("-v", "mirror", "tiny.yaml"), ("mirror", "tiny.yaml", "--verbose", "--force")):
         said = poro(*arguments, *HERE).err
         assert re.search(r"^poro \d.*: tiny.yaml$", said, flags=re.MULTILINE)
-        assert re.search(r"^mirror: tiny/details/tiny.solid.h5 written, [\d.]+ kB, after [\d.]+ s$", said, flags=re.MULTILINE)
+        written = r"^mirror: tiny/details/tiny.solid.h5 written, [\d.]+ kB, after [\d.]+ s$"
+        assert re.search(written, said, flags=re.MULTILINE)
         assert said.count("triangles") == 1  # what all are told is not told twice
     assert "written" not in poro("mirror", "tiny.yaml", "--force", *HERE).err
     assert "written" in (folder / "tiny/details/tiny.log").read_text(encoding="utf-8")

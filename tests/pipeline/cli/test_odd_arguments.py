@@ -57,7 +57,8 @@ def arguments(poro: Poro, folder: Path) -> list[str]:
         for ending in ("yaml", "h5", "stl"):
             shutil.copy(f"{'' if ending == 'yaml' else 'tiny/'}tiny.{ending}", f"{ODD}.{ending}")
     artifacts = sorted(path.name for path in (folder / "tiny").rglob("tiny.*"))
-    return [*sorted(path.name for path in folder.iterdir()), *artifacts, "missing.yaml", "missing.h5", "missing.stl", ""]
+    here = sorted(path.name for path in folder.iterdir())
+    return [*here, *artifacts, "missing.yaml", "missing.h5", "missing.stl", ""]
 
 
 @pytest.mark.usefixtures("quickly")

@@ -50,7 +50,7 @@ def test_version(poro: Poro) -> None:
     ("line", "said"),
     [
         ("run quick.yaml --updtes 3", "No such option: --updtes. Did you mean --updates? See `poro run --help`."),
-        ("run quick.yaml --size 2", "No such option: --size; `poro inflate`, `poro film` have it. See `poro run --help`."),
+        ("run quick.yaml --blocked", "No such option: --blocked; `poro inflate` has it. See `poro run --help`."),
         ("run quick.yaml --xyzw", "No such option: --xyzw. See `poro run --help`."),
         ("exprot quick.yaml", "No such command 'exprot'. Did you mean `poro export`? See `poro --help`."),
         ("quick.yaml", "No such command 'quick.yaml'. Did you mean `poro run quick.yaml`? See `poro --help`."),

@@ -32,14 +32,14 @@ def test_design_of_another_problem_is_kept_whole(folder: Path, poro: Poro) -> No
     assert "load.arm_ratio 4.0 → 5.0" in ended.err
     assert "kept in tiny.1" in ended.err
     assert _identity(folder / "tiny.1/tiny.h5") == earlier
-    assert _files(folder / "tiny/details/tiny.1") == files
+    assert _files(folder / "tiny.1") == files
     assert _files(folder / "tiny") == {"tiny.h5", "tiny.vtkhdf", "details/tiny.log"}
     # What was kept is as good as it was.
     assert "run " not in poro("run", "tiny.1", "--until", "export", "--dry-run").out
 
 
 def test_next_one_gets_the_next_number(folder: Path, poro: Poro) -> None:
-    (folder / "tiny/details/tiny.1").mkdir()
+    (folder / "tiny.1").mkdir()
     (folder / "copy.yaml").write_text(COPY)
     assert poro("optimize", "copy.yaml", "--updates", 0, "--output", ".").code == ExitCode.OK
     assert (folder / "tiny.2/tiny.h5").is_file()
@@ -49,14 +49,14 @@ def test_force_replaces(folder: Path, poro: Poro) -> None:
     (folder / "copy.yaml").write_text(COPY)
     ended = poro("optimize", "copy.yaml", "--updates", 0, "--output", ".", "--force")
     assert ended.code == ExitCode.OK, ended.err
-    assert not (folder / "tiny/details/tiny.1").exists()
+    assert not (folder / "tiny.1").exists()
 
 
 def test_another_setting_of_a_later_stage_replaces_what_that_stage_made(folder: Path, poro: Poro) -> None:
     earlier = _identity(folder / "tiny/tiny.h5")
     (folder / "tiny.yaml").write_text(TINY + "mirror: {threshold: 0.25}\n")
     assert poro("mirror", "tiny.yaml", "--output", ".").code == ExitCode.OK
-    assert not (folder / "tiny/details/tiny.1").exists()
+    assert not (folder / "tiny.1").exists()
     assert _identity(folder / "tiny/tiny.h5") == earlier
 
 

@@ -214,11 +214,11 @@ def test_explanation_comes_before_the_run_and_off_the_json(folder: Path, poro: P
 def test_artifact_is_self_contained(folder: Path, poro: Poro) -> None:
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
-    (folder / "tiny/tiny.h5").rename(elsewhere / "tiny/tiny.h5")
-    summary = _summary(poro, "export", elsewhere / "tiny/tiny.h5")
-    assert summary["files"][-2:] == [str(elsewhere / "tiny/tiny.stl"), str(elsewhere / "tiny/tiny.png")]
-    assert (elsewhere / "tiny/tiny.stl").read_bytes() == (folder / "tiny/tiny.stl").read_bytes()
-    assert poro("optimize", elsewhere / "tiny/tiny.h5").code == ExitCode.USAGE
+    (folder / "tiny/tiny.h5").rename(elsewhere / "tiny.h5")
+    summary = _summary(poro, "export", elsewhere / "tiny.h5")
+    assert summary["files"][-2:] == [str(elsewhere / "tiny.stl"), str(elsewhere / "tiny.png")]
+    assert (elsewhere / "tiny.stl").read_bytes() == (folder / "tiny/tiny.stl").read_bytes()
+    assert poro("optimize", elsewhere / "tiny.h5").code == ExitCode.USAGE
 
 
 def test_scale_of_the_command_line_makes_a_second_part(folder: Path, poro: Poro) -> None:
