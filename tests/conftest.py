@@ -88,7 +88,7 @@ def report(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of that run."""
     folder = tmp_path_factory.mktemp("report")
     assert call(["report", str(finished / "tiny/tiny.h5"), "--output", str(folder)]) == 0
-    return folder / "tiny/tiny.report.html"
+    return folder / "tiny.report.html"
 
 
 @pytest.fixture(scope="session")
@@ -110,4 +110,4 @@ def pressurised(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
 @pytest.fixture
 def simulation(folder: Path, pressurised: Path) -> Path:
     """The simulation beside the design of :func:`folder`."""
-    return shutil.copy(pressurised / "tiny/details/tiny.simulation.h5", folder / "tiny/details")
+    return Path(shutil.copy(pressurised / "tiny/details/tiny.simulation.h5", folder / "tiny/details"))

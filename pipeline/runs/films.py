@@ -75,7 +75,8 @@ def film(
         shown, name = _of_simulation(path), path.name.removesuffix(".simulation.h5")
     else:
         shown, name = _of_inflation(path), part_name(path)
-    folder = output or (job.files.details if job else path.parent)
+    own = job.files.details if job else path.parent
+    folder = output if output and argument.suffix == ".h5" else own
     make_folder(folder)
     target = folder / f"{name}.{of}.{format}"
     number = write_film(_told(frames(shown, width), len(shown.moments)), target, format, rate)

@@ -63,11 +63,11 @@ def test_a_domain_of_another_program_goes_through_the_chain(whole: str, tmp_path
     assert 0.2 < part.volume / (15.0 * 24.0 * 20.0) < 0.8
     steps = json.loads(poro("status", "box.yaml", "--json", "--output", ".").out)["steps"]
     assert [step["runs"] for step in steps] == [*[False] * 4, True]  # all but inflating
-    domain, _ = contents.design(Path("box.h5"), "optimize")
+    domain, _ = contents.design(Path("box/box.h5"), "optimize")
     assert domain == BoxSettings(whole=whole == "true").build()
-    fine, _ = contents.design(Path("box.refined.h5"), "refine")
+    fine, _ = contents.design(Path("box/details/box.refined.h5"), "refine")
     assert fine == domain.refined(2)
-    assert "| width W | 24 mm |" in Path("box.rig.md").read_text(encoding="utf-8")
+    assert "| width W | 24 mm |" in Path("box/box.rig.md").read_text(encoding="utf-8")
     drawn = poro("plot", "box.yaml", "--output", ".")
     assert drawn.code == ExitCode.OK, drawn.err
     assert "not drawn" not in drawn.out

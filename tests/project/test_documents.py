@@ -14,7 +14,7 @@ from synthetic import EXAMPLE
 from pipeline.cli.app import call
 
 #: Pages whose commands take long, even on the tiny case: they draw, or follow the response to pressure.
-SLOW = ("measuring", "report", "simulation", "sweeps", "tutorial")
+SLOW = ("films", "measuring", "report", "simulation", "sweeps", "tutorial")
 
 #: Pages whose commands are run by tests of their own: test_readme.py, test_reference.py.
 ELSEWHERE_RUN = ("README.md", "artifacts.md")

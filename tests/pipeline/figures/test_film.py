@@ -70,13 +70,13 @@ def test_simulation_moves_up_to_its_largest_pressure(
     assert ended.code == ExitCode.OK, ended.err
     found = json.loads(ended.out)
     # At 0, 0.5 and 1, and wherever else frames are.
-    assert (found["of"], found["frames"], found["files"]) == ("simulation", 3, ["tiny.simulation.gif"])
+    assert (found["of"], found["frames"], found["files"]) == ("simulation", 3, ["tiny/details/tiny.simulation.gif"])
     frames, _ = read_gif(folder / "tiny/details/tiny.simulation.gif")
     steps = [np.abs(frames[k] - frames[0]).sum() for k in (1, 2)]
     assert 0 < steps[0] < steps[1]
     again = poro("film", "tiny.h5", "--of", "simulation", "--size", 401, "--format", "mp4")
     assert again.code == ExitCode.OK, again.err
-    number, seconds = imageio_ffmpeg.count_frames_and_secs("tiny.simulation.mp4")
+    number, seconds = imageio_ffmpeg.count_frames_and_secs("tiny/details/tiny.simulation.mp4")
     assert (number, seconds) == (3 + 10, pytest.approx(1.3))  # the last one is held for a second
 
 

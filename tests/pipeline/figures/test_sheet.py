@@ -192,9 +192,9 @@ def test_pdf_is_a_format_of_all_figures(poro: Poro, folder: Path) -> None:
     assert [path.name for path in files if path.suffix == ".pdf"] == ["tiny.history.pdf", "tiny.section.pdf"]
     for path in files[1:]:
         assert path.read_bytes().startswith(b"%PDF-")
-    trimesh.creation.box().export("box.stl")
+    trimesh.creation.box((9.0, 9.0, 9.0)).export("box.stl")
     assert poro("slice", "box.stl", "--format", "pdf").code == 0
-    assert Path("box.areas.pdf").read_bytes().startswith(b"%PDF-")
+    assert Path("details/box.areas.pdf").read_bytes().startswith(b"%PDF-")
     refused = poro("slice", "box.stl", "--format", "pdf", "--number", 1)
     assert refused.code == 2
     assert "a slice is svg, in mm, or png, a mask" in refused.err

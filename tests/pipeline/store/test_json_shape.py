@@ -38,6 +38,7 @@ CALLS: dict[str, tuple[list[str], set[str]]] = {
     "inflate": (["tiny.stl", "--size", "4", "--max-load", "0.5"], {"name", "inflate"}),
     "report": (["tiny.h5", "--no-check"], {"name", "problems"}),
     "sweep": (["study.yaml", "--dry-run"], {"study", "cases"}),
+    "film": (["tiny.h5", "--size", "300"], {"of", "frames"}),
     "clean": (["tiny", "--output", "."], {"removed", "found"}),
 }
 
