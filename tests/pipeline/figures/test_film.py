@@ -44,7 +44,7 @@ def read_gif(path: Path) -> tuple[list[np.ndarray], list[int]]:
 def test_updates_of_a_design_are_frames_of_one_size(poro: Poro, folder: Path) -> None:
     ended = poro("film", "tiny.yaml", "--output", ".", "--size", 400, "--fps", 5)
     assert ended.code == ExitCode.OK, ended.err
-    assert ended.out.split() == ["tiny.updates.gif", "2", "frames"]
+    assert ended.out.split() == ["tiny/details/tiny.updates.gif", "2", "frames"]
     assert "frame 2 of 2" in ended.err
     assert (folder / "tiny/details/tiny.updates.gif").stat().st_size < 200_000
     (first, last), times = read_gif(folder / "tiny/details/tiny.updates.gif")
