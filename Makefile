@@ -5,8 +5,9 @@
 BIN := .venv/bin
 STAMP := .venv/.installed
 OUTPUTS := outputs
-# Test files side by side, one worker per core; a worker holds about 1 GiB, so no more than four.
-WORKERS := -n logical --maxprocesses 4 --dist loadfile
+# Test files side by side, one worker per core; a worker holds about 1 GiB, so no more than four. In the order
+# of tests/conftest.py.
+WORKERS := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12

@@ -67,5 +67,16 @@ def _use_everything(law: Law) -> None:
     _stamp(law).touch()
 
 
+def _main(law: Law) -> None:
+    """Compile, unless another process has done so; one that is at it now is waited for."""
+    import filelock  # only where something is compiled
+
+    stamp = _stamp(law)
+    stamp.parent.mkdir(parents=True, exist_ok=True)
+    with filelock.FileLock(stamp.with_name(f"{stamp.name}.lock")):
+        if not stamp.exists():
+            _use_everything(law)
+
+
 if __name__ == "__main__":
-    _use_everything(import_module(sys.argv[1] if len(sys.argv) > 1 else neo_hooke.__name__).EXAMPLE)
+    _main(import_module(sys.argv[1] if len(sys.argv) > 1 else neo_hooke.__name__).EXAMPLE)

@@ -17,6 +17,16 @@ from pipeline.cli.app import call
 from pipeline.store import contents
 
 
+#: Where files of few tests take long, in order: begun last, one of them would keep one worker busy alone.
+LONG = ("tests/project/", "tests/extensions/", "tests/pipeline/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The files that take longest first."""
+    place = {room: number for number, room in enumerate(LONG)}
+    items.sort(key=lambda item: next((place[room] for room in LONG if item.nodeid.startswith(room)), len(LONG)))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def kernels() -> None:
     """Compiled before any test by what a user's run calls; a fault in it must not pass for slow first runs."""

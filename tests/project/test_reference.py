@@ -38,8 +38,9 @@ def test_exit_codes_stand_once() -> None:
 
 
 @pytest.mark.usefixtures("quickly")
-def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro) -> None:
+def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
     """In order and in one folder, with a tiny case of the name of the shipped one; figures are test_plots' matter."""
+    monkeypatch.setattr("pipeline.runs.films.MOST", 2)  # frames of a film
     (tmp_path / "outputs").mkdir()
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused. Cheap ones.
     tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_products: 2")
