@@ -16,7 +16,6 @@ from actuator.threads import use_threads
 from pipeline.cli.app import call
 from pipeline.store import contents
 
-
 #: Where files of few tests take long, in order: begun last, one of them would keep one worker busy alone.
 LONG = ("tests/project/", "tests/extensions/", "tests/pipeline/")
 
