@@ -1,7 +1,7 @@
 """The figures of an optimised design: one registry, which ``poro plot`` and the report draw from.
 
 Another program adds one by ``FIGURES.register(name, DesignFigure(draw, title, caption))``; it is then drawn as
-``NAME-name.png`` by ``poro plot`` and stands in the report.
+``NAME.name.png`` by ``poro plot`` and stands in the report.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class DesignFigure:
         title: in the report.
         caption: one sentence on what is shown.
         report_format: in the report; pixels there where lines are too many.
-        table: the same as CSV, for ``NAME-name.csv``, if numbers are wanted too.
+        table: the same as CSV, for ``NAME.name.csv``, if numbers are wanted too.
         of_simulation: whether it shows the simulation beside the design, and is drawn only where there is one.
         of_own_start: whether it shows the domain's own initial design, and is drawn only where a case begins with that.
     """

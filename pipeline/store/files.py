@@ -34,7 +34,7 @@ class Files:
     part: str
 
     def artifact(self, stage: str) -> Path:
-        """The artifact of a stage; that of one that makes a part is the record beside the part."""
+        """The artifact of a stage; that of one that makes a part is the record of the part."""
         row = STAGES[stage]
         folder = self.details if row.after else self.folder
         return folder / f"{self.part if row.makes_part else self._stem(stage)}{row.suffix}"
@@ -53,7 +53,7 @@ class Files:
         return self.folder / self.part
 
     def beside(self, stage: str, beside: Beside) -> Path:
-        """A file that is written beside the artifact of a stage."""
+        """A file for people or other programs that belongs to the artifact of a stage."""
         return (self.folder if beside.on_top else self.details) / f"{self._stem(stage)}{beside.ending}"
 
     @property
