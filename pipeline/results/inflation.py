@@ -55,6 +55,10 @@ class Inflated:
     limit: float
     half: bool
 
+    def scaled(self, scale: float) -> Inflated:
+        """The same in another size, in which the strain is the same; the stage works in the lengths of the case."""
+        return replace(self, points=scale * self.points, displacement=scale * self.displacement)
+
 
 def part_name(path: Path) -> str:
     """The name of the part, by that of the artifact of ``inflate``."""

@@ -16,7 +16,7 @@ from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
-from pipeline.store import atomic
+from pipeline.store import atomic, contents
 from stages.chain import STAGES
 
 if TYPE_CHECKING:
@@ -141,7 +141,8 @@ def _inflated_figure(job: Job, step: Step, path: Path) -> Said | None:
         states = read_states(step.path)
         if states is None:  # interrupted before the first
             return None
-        save(inflated(states, part_name(step.path)), path)
+        scale = contents.summary(step.path, "inflate")["scale"]
+        save(inflated(states.scaled(scale), part_name(step.path)), path)
     return {}
 
 

@@ -168,7 +168,7 @@ def _of_inflation(path: Path) -> Film:
     def grid(load: float) -> Any:
         here = partial(_between, load, loads)
         state = Inflated(first.points, first.cells, first.boundary, here(moved), here(strain), first.limit, first.half)
-        return grid_of(state)
+        return grid_of(state.scaled(found.summary["scale"]))
 
     moments = [Moment(_words(load, load * pressure_in, found.rig), partial(grid, load)) for load in _along(loads)]
     return Film(found.name, moments, first.half, "strain", strain_scale(first.limit), on_the_outside=True)

@@ -256,3 +256,8 @@ def test_figures_show_the_part_bent_and_the_curve(poro: Poro) -> None:
     assert [half.mean() > 0.05 for half in np.array_split(blue, 2)] == [True, True]
     with Image.open("details/tube.inflation.png") as drawn:
         assert drawn.size[0] > 1000
+    # In the size of the part, 12 mm long, not in that of the case.
+    state = read_states(Path("details/tube.inflation.h5"))
+    assert state
+    scale = contents.summary(Path("details/tube.inflation.h5"), "inflate")["scale"]
+    assert np.ptp(state.scaled(scale).points[:, 0]) == pytest.approx(12.0, rel=1e-3)
