@@ -43,22 +43,23 @@ class Manner:
     colour: ColourChoice = "auto"
 
 
-_manner: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 - only `own_manner` gives one to change
+_manner: ContextVar[Manner | None] = ContextVar("manner", default=None)
 
 
 @contextmanager
 def own_manner() -> Iterator[Manner]:
     """A manner for one command line, which its options may change."""
-    token = _manner.set(Manner())
+    own = Manner()
+    token = _manner.set(own)
     try:
-        yield _manner.get()
+        yield own
     finally:
         _manner.reset(token)
 
 
 def manner() -> Manner:
     """What the user asked for."""
-    return _manner.get()
+    return _manner.get() or Manner()
 
 
 def quiet() -> bool:

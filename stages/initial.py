@@ -67,10 +67,12 @@ def first_design(settings: InitialSettings, problem: ProblemSettings, given: Giv
 
     Raises:
         actuator.failure.InvalidSettings: if the wall leaves no chamber, or nothing of what is given lies in the domain.
+        actuator.failure.NotManifold: if the triangles that the file holds bound no solid.
     """
     if settings.own:
         return None
     from actuator.geometry.transfer import around_chamber, interpolated, of_solid  # VTK: only where it is wanted
+    from stages.check.soundness import sound
 
     domain, limits = problem.domain.build(), problem.objective
     if settings.wall is not None:
@@ -85,7 +87,8 @@ def first_design(settings: InitialSettings, problem: ProblemSettings, given: Giv
     elif isinstance(given, tuple):
         return interpolated(*given, domain)
     else:
-        inside = of_solid(given, domain, settings.axis or "x", settings.scale)
+        solid = sound(given.vertices, given.triangles).surface
+        inside = of_solid(solid, domain, settings.axis or "x", settings.scale)
         if not (inside > 0.0).any():
             raise InvalidSettings(
                 f"initial.file: no vertex of the mesh lies in the solid of {settings.file}; mind initial.scale and "

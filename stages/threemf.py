@@ -118,7 +118,8 @@ class _Package:
             raise UnreadableSolid(f"Part {part} of the 3mf has more than {MOST_BYTES >> 30} GiB; {REMEDY}, coarser.")
         try:
             return self._archive.read(name)
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, NotImplementedError) as error:
+        # RuntimeError: of what is encrypted, or packed in a way that Python does not know.
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
             raise UnreadableSolid(f"Part {part} of the 3mf cannot be unpacked ({error}); {REMEDY}.") from None
 
     def model(self, part: str) -> _Model:

@@ -99,11 +99,11 @@ def quantity(text: str, unit: str) -> float:
     if not found:
         raise ValueError(f"must be {kind}, not '{text[:40]}'; write a number with its unit, as in {examples}")
     number, given = float(found[1]), _unit(found[2], kind, examples)
-    due = _registry().parse_units(unit)
+    due = registry().parse_units(unit)
     if given.dimensionality != due.dimensionality:
         what = next((name for other, (name, _) in KINDS.items() if _same(given, other)), "something else")
         raise ValueError(f"must be {kind}, and '{text}' is {what}; write it as in {examples}")
-    value = rounded(_registry().Quantity(number, given).m_as(due))
+    value = rounded(registry().Quantity(number, given).m_as(due))
     if not math.isfinite(value):
         raise ValueError(f"must be {kind} of finite size, not '{text}'; write it as in {examples}")
     return value
@@ -112,22 +112,29 @@ def quantity(text: str, unit: str) -> float:
 def _unit(text: str, kind: str, examples: str) -> pint.Unit:
     if text in ("mPa", "mpa"):  # of air, nobody means the thousandth of a pascal
         raise ValueError(f"must be {kind}, and {text} is the thousandth of a pascal; write MPa if that was meant")
-    # Powers without a sign, N/mm2.
-    spelt = re.sub(r"(?<=[A-Za-z])([23])(?!\w)", r"^\1", SPELLINGS.get(text.casefold(), text))
+    found = parsed(SPELLINGS.get(text.casefold(), text))
+    if found is None:
+        raise ValueError(f"must be {kind}, and '{text[:40]}' is no unit; write it as in {examples}")
+    return found
+
+
+def parsed(text: str) -> pint.Unit | None:
+    """A unit of pint's; None if it is none. Powers may be written ``N/mm^2``, ``N/mm2`` or ``N/mm²``."""
+    bare = text.replace("²", "2").replace("³", "3")
+    spelt = re.sub(r"(?<=[A-Za-z])([23])(?!\w)", r"^\1", bare)
     try:
-        if not _UNITS.fullmatch(spelt):
-            raise ValueError
-        return _registry().parse_units(spelt)
+        return registry().parse_units(spelt) if _UNITS.fullmatch(spelt) else None
     except Exception:  # pint raises errors of Python's own parser too
-        raise ValueError(f"must be {kind}, and '{text[:40]}' is no unit; write it as in {examples}") from None
+        return None
 
 
 def _same(given: pint.Unit, unit: str) -> bool:
-    return bool(given.dimensionality == _registry().parse_units(unit).dimensionality)
+    return bool(given.dimensionality == registry().parse_units(unit).dimensionality)
 
 
 @cache
-def _registry() -> Any:
+def registry() -> Any:
+    """The units that pint knows."""
     import pint  # half a second: only where a unit is written
 
     return pint.get_application_registry()

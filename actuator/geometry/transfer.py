@@ -8,12 +8,9 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.domains.interface import Domain
-from actuator.failure import InvalidSettings
 from actuator.geometry.distance import distance, signed_distance
-from actuator.geometry.flaws import flaws
 from actuator.geometry.placing import placed
 from actuator.geometry.printing.directions import Axis
-from actuator.geometry.solid import rounded
 from actuator.geometry.zero_set import Surface
 
 #: How far from the planes of the plates a solid's end faces may lie, and the inside is asked for, over the length.
@@ -61,23 +58,14 @@ def of_solid(solid: Surface, domain: Domain, axis: Axis, scale: float | None) ->
     Its end faces do not count: plates close them, and the wall goes on to the plates.
 
     Args:
-        solid: in the size of the print, mm.
+        solid: closed, in the size of the print, mm.
         domain: with its axis along X1, from X1 = 0.
         axis: of the solid.
         scale: size of the solid over that of the domain; by their lengths if None.
-
-    Raises:
-        InvalidSettings: if the triangles bound no solid.
     """
-    surface = rounded(np.roll(solid.vertices, -"xyz".index(axis), axis=1), solid.triangles)
-    found = flaws(surface)
-    if found.open or found.crowded or found.turned:
-        raise InvalidSettings(
-            "initial.file: the triangles bound no solid, so that inside and outside cannot be told; `poro check` says "
-            "where, repair the file."
-        )
-    scale = scale or float(np.ptp(surface.vertices[:, 0])) / domain.length
-    surface = Surface(placed(surface.vertices) / scale, surface.triangles)
+    vertices = np.roll(solid.vertices, -"xyz".index(axis), axis=1)
+    scale = scale or float(np.ptp(vertices[:, 0])) / domain.length
+    surface = Surface(placed(vertices) / scale, solid.triangles)
     x = surface.vertices[surface.triangles, 0]
     low, high = FLAT * domain.length, (1.0 - FLAT) * domain.length
     sides = ~((x <= low).all(axis=1) | (x >= high).all(axis=1))

@@ -11,7 +11,7 @@ from pipeline.cli.help import Command
 from pipeline.cli.options import with_common
 
 #: Stages of other programs stand here too.
-STAGES = "One stage of a case"
+STAGE_GROUP = "One stage of a case"
 #: Heading -> command -> example.
 GROUPS: dict[str, dict[str, str]] = {
     "From a case to a part": {
@@ -22,7 +22,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "clean": "poro clean quick.yaml",
         "schema": "poro schema > case.schema.json",
     },
-    STAGES: {
+    STAGE_GROUP: {
         "optimize": "poro optimize quick.yaml --updates 10",
         "refine": "poro refine quick.yaml",
         "mirror": "poro mirror quick.yaml --set mirror.threshold=0.1",

@@ -39,11 +39,8 @@ def plot(
     """
     from pipeline.runs import perform as commands
 
-    # What belongs to an artifact lies beside it, wherever the figures go.
-    of_artifact = case.suffix == ".h5"
-    job = commands.open_job(case, None if of_artifact else output, under_way=True)
-    folder = output if output and of_artifact else job.files.details
-    show(commands.plot(job, folder, format, only or [], as_json=as_json))
+    job, folder = commands.open_shown(case, output, under_way=True)
+    show(commands.plot(job, folder or job.files.details, format, only or [], as_json=as_json))
 
 
 def report(
@@ -68,11 +65,8 @@ def report(
     from pipeline.runs import perform as commands
     from pipeline.runs.rig_sheet import as_told
 
-    # As in plot.
-    of_artifact = case.suffix == ".h5"
-    changes = {SCALE: scale, YOUNGS: modulus}
-    job = as_told(commands.open_job(case, None if of_artifact else output, changes, under_way=True))
-    folder = output if output and of_artifact else job.files.folder
+    job, folder = commands.open_shown(case, output, {SCALE: scale, YOUNGS: modulus}, under_way=True)
+    job, folder = as_told(job), folder or job.files.folder
     commands.make_folder(folder)
     path, label, problems = write_report(job, folder, check=check)
     if as_json:

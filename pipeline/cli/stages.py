@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from pipeline.cli.groups import STAGES as STAGE_GROUP
+from pipeline.cli.groups import STAGE_GROUP
 from pipeline.cli.options import DryRun, Force, Fresh, Json, OfCase, OfUnit, Output, Settings, Source, SourceOrSolid
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.terminal import note, show

@@ -6,7 +6,7 @@ import re
 from enum import StrEnum
 from functools import cache
 
-from stages.units import PRESSURES, spelling
+from stages.units import PRESSURES, parsed, registry, spelling
 
 
 class Kind(StrEnum):
@@ -44,8 +44,6 @@ _WEIGHTS = {"g": "gf", "kg": "kgf", "lb": "lbf", "lbs": "lbf", "oz": "ozf", "kp"
 #: Longest unit in a cell of its own; more are words.
 LONGEST = 12
 _PERCENT = {"percent", "pct", "[%]", "in/in", "m/m"}
-#: Names of units with small powers, multiplied and divided: nothing that takes the library time to work out.
-_NAMES = re.compile(r"[^\W\d_]\w{0,30}(?:\*\*[1-3])?(?: ?[·*/ ] ?[^\W\d_]\w{0,30}(?:\*\*[1-3])?){0,2}")
 
 
 def factor_of(unit: str, kind: Kind) -> float | None:
@@ -74,18 +72,12 @@ def factor_of(unit: str, kind: Kind) -> float | None:
 
 @cache
 def _looked_up(text: str, kind: Kind) -> float | None:
-    # A thousandth of a pascal nobody measures here: it is a slip for MPa.
-    spelt = re.sub(r"\^?([23])(?!\w)", r"**\1", text.replace("²", "2").replace("³", "3"))
-    if not _NAMES.fullmatch(spelt) or text.startswith("mPa"):
+    if text.startswith("mPa"):  # a thousandth of a pascal nobody measures here: it is a slip for MPa
         return None
-    import pint  # half a second: only for units that are not usual
-
-    registry = pint.get_application_registry()
-    for each in (spelt, spelt.casefold()):
-        try:
-            return float(registry.Quantity(1.0, each).to(_target(kind)).magnitude)
-        except Exception:  # pint raises errors of Python's own parser too
-            continue
+    for unit in (parsed(text), parsed(text.casefold())):
+        # Dimensions come second: nothing else loads the library for words that are no units.
+        if unit is not None and unit.dimensionality == (due := registry().parse_units(_target(kind))).dimensionality:
+            return float(registry().Quantity(1.0, unit).m_as(due))
     return None
 
 

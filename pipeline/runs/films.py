@@ -9,8 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 from PIL import Image
-from rich.console import Console
-from rich.progress import track
 
 from actuator.arrays import Floats
 from pipeline.case.model import stored_case
@@ -26,7 +24,8 @@ from pipeline.results.json_output import result_json
 from pipeline.results.simulation import read_fields, rig_units
 from pipeline.runs import updates
 from pipeline.runs.adopted import is_solid
-from pipeline.runs.job import Job, open_job
+from pipeline.runs.job import Job, open_shown
+from pipeline.runs.progress import displayed
 from pipeline.store import artifact
 from pipeline.store.files import make_folder
 from pipeline.terminal import told
@@ -37,7 +36,7 @@ FilmOf = Literal["updates", "simulation", "inflation"]
 STAGE: Mapping[FilmOf, str] = {"updates": "optimize", "simulation": "simulate", "inflation": "inflate"}
 #: Frames of a film from zero to the largest pressure, and most frames of one of design updates.
 ALONG, MOST = 40, 120
-#: How often lines say how far it is where there is no terminal, frames.
+#: How often a line says how far it is, frames.
 SAID = 10
 
 
@@ -67,7 +66,7 @@ def film(
         OSError: if the folder or the disk does not take the film.
     """
     refuse_without_encoder(format)
-    of, path, job = _source(argument, of, output)
+    of, path, job, folder = _source(argument, of, output)
     if of == "updates":
         assert job is not None
         shown, name = _of_updates(job), job.case.name
@@ -75,8 +74,7 @@ def film(
         shown, name = _of_simulation(path), path.name.removesuffix(".simulation.h5")
     else:
         shown, name = _of_inflation(path), part_name(path)
-    own = job.files.details if job else path.parent
-    folder = output if output and argument.suffix == ".h5" else own
+    folder = folder or (job.files.details if job else path.parent)
     make_folder(folder)
     target = folder / f"{name}.{of}.{format}"
     number = write_film(_told(frames(shown, width), len(shown.moments)), target, format, rate)
@@ -85,8 +83,8 @@ def film(
     return told(f"{target}\n{number} frames", [target])
 
 
-def _source(argument: Path, of: FilmOf | None, output: Path | None) -> tuple[FilmOf, Path, Job | None]:
-    """What the film is of, the artifact that holds it, and the job, unless the artifact itself was given."""
+def _source(argument: Path, of: FilmOf | None, output: Path | None) -> tuple[FilmOf, Path, Job | None, Path | None]:
+    """What a film is of, the artifact that holds it, the job unless that was given, and the folder if one was named."""
     if argument.suffix == ".h5":
         stage = artifact.read_header(argument).stage
         held = next((name for name in STAGE if STAGE[name] == stage), None)
@@ -94,22 +92,20 @@ def _source(argument: Path, of: FilmOf | None, output: Path | None) -> tuple[Fil
             if of not in (held, None):
                 sentence = f"{argument}: this is the result of '{stage}'; give the case file, or leave --of {of} out."
                 raise Fault(ExitCode.USAGE, sentence)
-            return held, argument, None
-    job = open_job(argument, output if argument.suffix != ".h5" else None)
+            return held, argument, None, output
+    job, folder = open_shown(argument, output)
     of = of or ("inflation" if is_solid(argument) else "updates")
-    return of, job.artifact(STAGE[of]), job
+    return of, job.artifact(STAGE[of]), job, folder
 
 
-def _told(images: Iterator[Image.Image], total: int) -> Iterable[Image.Image]:
-    """The frames, with a bar on a terminal and lines elsewhere that say how many there are yet."""
-    console = Console(stderr=True)
-    if console.is_terminal:
-        yield from track(images, "frames", total=total, console=console, transient=True)
-        return
-    for number, image in enumerate(images, start=1):
-        if number % SAID == 0 or number == total:
-            console.print(f"frame {number} of {total}", highlight=False, soft_wrap=True)
-        yield image
+def _told(images: Iterable[Image.Image], total: int) -> Iterator[Image.Image]:
+    """The frames, while the user is shown how many there are yet."""
+    with displayed("frames") as display:
+        for number, image in enumerate(images, start=1):
+            if number % SAID == 0 or number == total:
+                display.line(f"frame {number} of {total}")
+            display.progress(number, total, "")
+            yield image
 
 
 # ------------------------------------------------------------------------------------------------ what is shown

@@ -142,11 +142,27 @@ def open_job(
         own, text = read_case(find_case(argument))
         here = None
     said = {option: value for option, value in (changes or {}).items() if value is not None}
-    changed, flags = _said(said, parsed(settings))
-    elsewhere = (output or default_folder()) / str(changed.get("name", own.name))
+    replaced, flags = _said(said, parsed(settings))
+    elsewhere = (output or default_folder()) / str(replaced.get("name", own.name))
     folder = elsewhere if output or here is None else here
     _refuse_impossible(folder)
-    return replace(make_job(argument, own, text, folder, given, changed, flags), unit=unit)
+    return replace(make_job(argument, own, text, folder, given, replaced, flags), unit=unit)
+
+
+def open_shown(
+    argument: Path, output: Path | None, changes: Mapping[Option, Any] | None = None, *, under_way: bool = False
+) -> tuple[Job, Path | None]:
+    """The job whose results a command shows, and the folder that what it draws goes to, if the user named one.
+
+    What belongs to an artifact lies where that does, wherever its pictures go; of a case the output is that of the
+    results, too.
+
+    Raises:
+        Fault: as :func:`open_job` does.
+    """
+    of_artifact = argument.suffix == ".h5"
+    job = open_job(argument, None if of_artifact else output, changes, under_way=under_way)
+    return job, output if of_artifact else None
 
 
 def _said(options: Mapping[Option, Any], settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

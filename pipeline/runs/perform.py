@@ -19,7 +19,7 @@ from pipeline.runs.checkpoint import farthest
 from pipeline.runs.claim import claimed
 from pipeline.runs.earlier import another_problem, set_aside
 from pipeline.runs.execution import Execution, Unfit
-from pipeline.runs.job import Job, open_job
+from pipeline.runs.job import Job, open_job, open_shown
 from pipeline.runs.plan import Step, instability, plan, status
 from pipeline.runs.progress import Reporter, reporting
 from pipeline.runs.rig_sheet import as_told, part_units
@@ -28,7 +28,7 @@ from pipeline.store.files import make_folder
 from pipeline.terminal import told
 from stages.chain import GOAL, STAGES, path_to
 
-__all__ = ["make_folder", "open_job", "perform", "plan", "plot", "refuse_other", "status"]
+__all__ = ["make_folder", "open_job", "open_shown", "perform", "plan", "plot", "refuse_other", "status"]
 
 
 def perform(job: Job, steps: list[Step], *, command: str, fresh: bool, as_json: bool) -> tuple[str, Fault | None]:

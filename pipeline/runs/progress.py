@@ -21,8 +21,10 @@ from stages.events import DesignUpdate, Event, LoadStep, Message
 class SilentDisplay:
     """Nothing, for who wants quiet."""
 
-    #: Columns of the terminal; None where there is none.
-    width: int | None = None
+    @property
+    def width(self) -> int | None:
+        """Columns of the terminal; None where there is none."""
+        return None
 
     def line(self, text: str) -> None:
         """Show a line."""
@@ -51,7 +53,7 @@ class LiveDisplay(PlainDisplay):
         self.task: TaskID | None = None
 
     @property
-    def width(self) -> int:  # type: ignore[override]
+    def width(self) -> int:
         """Columns of the terminal as it is now."""
         return self.console.width
 
@@ -132,7 +134,6 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     Raises:
         OSError: if the log cannot be written.
     """
-    console = Console(stderr=True, no_color=not coloured(sys.stderr))
     log = logging.getLogger(f"poro.{log_path}")
     log.setLevel(logging.INFO)
     log.propagate = False
@@ -142,7 +143,7 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
     of_libraries = logging.getLogger("py.warnings")
     of_libraries.addHandler(handlers[0])
     try:
-        with _display(console, counted) as display:
+        with displayed(counted) as display:
             handlers += [_LogDisplay(display)] * verbose()
             for handler in handlers:
                 log.addHandler(handler)
@@ -155,7 +156,9 @@ def reporting(log_path: Path, counted: str = "design updates") -> Iterator[Repor
 
 
 @contextmanager
-def _display(console: Console, counted: str) -> Iterator[SilentDisplay]:
+def displayed(counted: str) -> Iterator[SilentDisplay]:
+    """What shows on standard error how far something is, as the user wants it; ``counted`` is what the bar counts."""
+    console = Console(stderr=True, no_color=not coloured(sys.stderr))
     if quiet():
         yield SilentDisplay()
     elif console.is_terminal:

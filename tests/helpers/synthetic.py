@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from actuator.arrays import Floats
-from stages.compare import Recording
+from stages.compare import Prediction, Recording
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "synthetic-measurement.csv"
 
@@ -93,6 +93,10 @@ def _true(truth: Truth, time: Floats) -> tuple[Floats, Floats]:
     x = pressure / truth.peak
     return pressure, truth.loading(pressure) + np.where(phase > 0.5, 4.0 * truth.loop * x * (1.0 - x), 0.0)
 
+
+#: An S-shaped prediction up to 25 kPa, as the paper's is.
+PRESSURE = np.linspace(0.0, 25.0, 26)
+CURVE = Prediction(PRESSURE, 28.0 * (PRESSURE / 25.0) ** 1.5, 20.0, True)
 
 #: What the example is made of: about what the paper's 14 % case and its sensors would give.
 EXAMPLE_TRUTH = Truth(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import TINY, Poro
@@ -71,9 +72,9 @@ def test_a_held_end_is_told_with_its_force(poro: Poro, tmp_path: Path) -> None:
 def test_warnings_of_libraries_go_to_the_log(folder: Path, poro: Poro, monkeypatch: pytest.MonkeyPatch) -> None:
     run = refine.run
 
-    def warning(*arguments: object) -> object:
+    def warning(*arguments: Any) -> refine.Result:
         warnings.warn("a matrix is ill-conditioned", RuntimeWarning, stacklevel=2)
-        return run(*arguments)  # type: ignore[arg-type]
+        return run(*arguments)
 
     monkeypatch.setattr(refine, "run", warning)
     ended = poro("refine", "tiny.yaml", "--output", ".", "--force", "--json")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from command_line import TINY, Poro
 from shapes import rod, surface
 
@@ -109,6 +110,26 @@ def test_what_is_no_use_is_said(folder: Path, poro: Poro, section: str, code: Ex
     assert ended.code == code, ended.err
     assert sentence in ended.err
     assert not (folder / "bad/bad.h5").exists()
+
+
+def test_open_triangles_are_refused_as_poro_check_does(folder: Path, poro: Poro) -> None:
+    part = trimesh.load_mesh(folder / "tiny/tiny.stl")
+    part.faces = part.faces[1:]
+    part.export(folder / "open.stl")
+    (folder / "next.yaml").write_text(FINER + "initial: {file: open.stl}\n")
+    ended = poro("optimize", "next.yaml", *BEGIN)
+    assert ended.code == ExitCode.BAD_SOLID
+    assert "The surface bounds no solid: 3 open edges" in ended.err
+
+
+def test_the_command_line_names_the_file(folder: Path, poro: Poro) -> None:
+    (folder / "next.yaml").write_text("domain: {core_cells: 2, rings: 1, layers: 3}\n")
+    for name in ("tiny.h5", "tiny/tiny.h5"):  # the same content, and so the same case
+        ended = poro("optimize", "next.yaml", *BEGIN, "--set", f"initial.file={name}")
+        assert ended.code == ExitCode.OK, ended.err
+    assert "optimize: up to date" in ended.err
+    np.testing.assert_array_equal(chi_of(folder / "next/next.h5"), chi_of(folder / "tiny/tiny.h5"))
+    assert "initial.file" in poro("optimize", "next.yaml", *BEGIN, "--set", "initial.file=none.h5").err
 
 
 def test_from_python(folder: Path) -> None:

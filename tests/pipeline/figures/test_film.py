@@ -18,6 +18,7 @@ from pipeline.exit_codes import ExitCode
 from pipeline.figures import sheet
 from pipeline.figures.offscreen import CannotDraw, Pixels, Shot
 from pipeline.runs import films
+from pipeline.runs.job import open_job
 
 
 @pytest.fixture
@@ -83,7 +84,7 @@ def test_simulation_moves_up_to_its_largest_pressure(
 @pytest.mark.usefixtures("plainly")
 def test_updates_of_an_interrupted_optimisation_are_shown(poro: Poro, folder: Path) -> None:
     kept = films.updates.read(folder / "tiny/tiny.h5")
-    job = films.open_job(folder / "tiny.yaml", folder)
+    job = open_job(folder / "tiny.yaml", folder)
     place = films.updates.Place(job.files.updates, films.updates.path_header(job, films.updates.STAGE))
     place.folder.mkdir()
     for number, fields in kept.items():
@@ -95,6 +96,12 @@ def test_updates_of_an_interrupted_optimisation_are_shown(poro: Poro, folder: Pa
     ended = poro("film", "tiny.yaml", "--output", ".", "--size", 300)
     assert ended.code == ExitCode.OK, ended.err
     assert len(read_gif(folder / "tiny/details/tiny.updates.gif")[0]) == 2
+
+
+@pytest.mark.usefixtures("plainly")
+def test_quiet_names_the_file_alone(poro: Poro, folder: Path) -> None:
+    ended = poro("film", "tiny.h5", "--size", 300, "-q")
+    assert (ended.code, ended.out, ended.err) == (ExitCode.OK, "tiny/details/tiny.updates.gif\n", "")
 
 
 def test_what_stops_a_film_leaves_nothing_half_written(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic import EXAMPLE, EXAMPLE_TRUTH, Truth, recording
 
@@ -38,6 +38,7 @@ def written(path: Path, text: str, encoding: str = "utf-8") -> Path:
     return path
 
 
+@settings(deadline=None)  # how long a file takes is the machine's matter
 @given(
     pressure_unit=st.sampled_from(sorted(PRESSURE_UNITS)),
     displacement_unit=st.sampled_from(sorted(DISPLACEMENT_UNITS)),
