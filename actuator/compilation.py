@@ -1,7 +1,8 @@
-"""Compiles the kernels in a process of their own, so that every run executes the same machine code.
+"""Compiles the kernels in processes of their own, so that every run executes the same machine code.
 
 What numba has compiled in the running process may differ in the last bit from the same kernel loaded from its cache,
 and an optimisation amplifies the last bit: the first run after an installation would go elsewhere than all later ones.
+Two processes share the work, as most machines have two cores; a third calls everything and compiles what is left.
 """
 
 from __future__ import annotations
@@ -9,29 +10,69 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module, metadata
+from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from actuator.arrays import Floats
 from actuator.material.constants import kernel_constants
 from actuator.material.laws import neo_hooke
 from actuator.parameters import Law
 
+if TYPE_CHECKING:
+    from actuator.solve.reduced import ReducedObjective
 
-def compile_kernels(law: Law = neo_hooke.EXAMPLE) -> None:
+#: What is told of the work: steps done, and all there are.
+Told = Callable[[int, int], None]
+
+
+def compile_kernels(law: Law = neo_hooke.EXAMPLE, told: Told | None = None) -> None:
     """Fill the cache of compiled kernels for a type of law unless that has been done; takes a minute once for each.
 
-    The other process imports the law's file, from wherever this one has found it. Where it cannot, or cannot write to
-    the cache, kernels are compiled as they are needed.
+    The other processes import the law's file, from wherever this one has found it. Where they cannot, or cannot write
+    to the cache, kernels are compiled as they are needed. If another program is compiling now, it is waited for.
+
+    Args:
+        law: parameters of the law, of the type that is meant.
+        told: called as the work goes on.
     """
-    if _stamp(law).exists():
+    stamp = _stamp(law)
+    if stamp.exists():
         return
-    # -P: a folder 'actuator' in the working folder is not this package.
-    subprocess.run(
-        [sys.executable, "-P", "-m", __name__, type(law).__module__],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
-        check=False,
-        capture_output=True,
-    )
+    import filelock  # only where something is compiled
+
+    try:
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        with filelock.FileLock(stamp.with_name(f"{stamp.name}.lock")):
+            if not stamp.exists():
+                _compile(law, told)
+    except OSError:  # no place for a cache
+        return
+
+
+def _compile(law: Law, told: Told | None) -> None:
+    steps, total = count(1), sum(STEPS.values())
+
+    def follow(share: str) -> None:
+        # -P: a folder 'actuator' in the working folder is not this package.
+        with subprocess.Popen(
+            [sys.executable, "-P", "-m", __name__, type(law).__module__, share],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        ) as process:
+            assert process.stdout is not None
+            for _ in process.stdout:
+                if told is not None:
+                    told(next(steps), total)
+
+    *shares, rest = STEPS
+    with ThreadPoolExecutor(len(shares)) as pool:
+        list(pool.map(follow, shares))
+    follow(rest)
 
 
 def _stamp(law: Law) -> Path:
@@ -39,10 +80,8 @@ def _stamp(law: Law) -> Path:
     return Path(os.environ["NUMBA_CACHE_DIR"]) / f"compiled-{version}"
 
 
-def _use_everything(law: Law) -> None:
-    """One design update of a smallest case calls every kernel with every type of number, for one law."""
+def _smallest(law: Law) -> ReducedObjective:
     from actuator.domains.half_cylinder import HalfCylinder
-    from actuator.optimiser.loop import Optimiser
     from actuator.parameters import Load, Material, Objective
     from actuator.solve.reduced import ReducedObjective
 
@@ -61,22 +100,65 @@ def _use_everything(law: Law) -> None:
     )
     load = Load(pressure=0.05, arm_length=60.0, spring_stiffness=0.04)
     limits = Objective(1e-3, 1.0, 1e6, 1e6, 1e5, energy_limit=0.02, interface_width=3.0, diffusivity_length=15.0)
-    objective = ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
+    return ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
+
+
+def _lagrangian(law: Law) -> Iterator[None]:
+    """The dearest kernels by far, for real and complex fields."""
+    import numpy as np
+
+    objective = _smallest(law)
+    equilibrium, n = objective.equilibrium, objective.domain.mesh.nvertices
+    kinds: tuple[Any, ...] = (np.float64, np.complex128)
+    for kind in kinds:
+        vertices, x = np.zeros(n, kind), np.zeros(equilibrium.kinematics.size, kind)
+        objective.derivatives(vertices, x, vertices, x, vertices, np.zeros((len(objective.domain.nodes), 3), kind))
+        yield
+    equilibrium.tip_forces(vertices, x, vertices)
+    yield
+
+
+def _state(law: Law) -> Iterator[None]:
+    """What a state and its model need."""
+    from actuator.solve.sensitivity import Sensitivity
+
+    objective = _smallest(law)
+    yield
+    evaluation = objective.evaluate(_first(objective))
+    yield
+    Sensitivity(objective.equilibrium, evaluation.state)
+    yield
+
+
+def _update(law: Law) -> Iterator[None]:
+    """One design update, which calls every kernel with every type of number."""
+    from actuator.optimiser.loop import Optimiser
+
+    objective = _smallest(law)
     optimiser = Optimiser(objective, max_products=2)
-    optimiser.run(optimiser.begin(domain.initial_design(domain.points, limits.interface_width)), 1)
+    optimiser.run(optimiser.begin(_first(objective)), 1)
     _stamp(law).touch()
+    yield
 
 
-def _main(law: Law) -> None:
-    """Compile, unless another process has done so; one that is at it now is waited for."""
-    import filelock  # only where something is compiled
+def _first(objective: ReducedObjective) -> Floats:
+    limits = objective.objective
+    return objective.domain.initial_design(objective.domain.points, limits.interface_width)
 
-    stamp = _stamp(law)
-    stamp.parent.mkdir(parents=True, exist_ok=True)
-    with filelock.FileLock(stamp.with_name(f"{stamp.name}.lock")):
-        if not stamp.exists():
-            _use_everything(law)
+
+#: Shares of the work and how many steps each reports; the last one after all others.
+STEPS = {"_lagrangian": 3, "_state": 3, "_update": 1}
+
+
+def _main(module: str = neo_hooke.__name__, share: str | None = None) -> None:
+    law = import_module(module).EXAMPLE
+    if share is None:
+        compile_kernels(law)
+    else:
+        for _ in globals()[share](law):
+            sys.stdout.write("done\n")
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    _main(import_module(sys.argv[1] if len(sys.argv) > 1 else neo_hooke.__name__).EXAMPLE)
+    _main(*sys.argv[1:])

@@ -12,16 +12,16 @@ import math
 
 from actuator.arrays import Floats
 from actuator.failure import SolveFailure
+from actuator.optimiser.controls import CONTROLS
 from actuator.optimiser.curvature import Curvature
-from actuator.optimiser.inner import GUESS
-from actuator.optimiser.loop import ACCEPT, BINDING, GOOD, GROW, POOR, SHRINK, SMALLEST_STEP, VERY_GOOD, WIDEN
-from actuator.optimiser.subproblem import Proposal, Subproblem
+from actuator.optimiser.proposal import Proposal
+from actuator.optimiser.subproblem import Subproblem
 from actuator.solve.reduced import Evaluation, ReducedObjective
 from actuator.terms.step import Metric
 
 FIRST_STEP = 100.0
 #: Largest change of χ in one update: the most that the program's inner problem allows in one Newton step.
-REACH = 2.0
+REACH = CONTROLS.reach_range[1]
 
 
 class GradientDescent:
@@ -48,7 +48,7 @@ class GradientDescent:
             threads=objective.equilibrium.threads,
         )
         self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), self._metric)
-        self._curvature = Curvature(self._metric, GUESS / self._metric.measure)
+        self._curvature = Curvature(self._metric, CONTROLS.first_curvature / self._metric.measure)
         self._dt = FIRST_STEP
         self.at: Evaluation = objective.evaluate(chi)
         self._gradient = objective.gradient(self.at)
@@ -61,13 +61,13 @@ class GradientDescent:
 
     def update(self) -> None:
         """One accepted design, unless no smaller step helps."""
-        while self._dt > SMALLEST_STEP * FIRST_STEP:
+        while self._dt > CONTROLS.least_time_step * FIRST_STEP:
             quadratic = self._metric.upper / self._dt**2
             proposal = self._subproblem.solve(
                 self.at.chi, self.at.design.value, self._physics, self._curvature, quadratic, REACH
             )
             if proposal is None:
-                self._dt *= SHRINK
+                self._dt *= CONTROLS.backtracking
             elif self._take(proposal):
                 self.updates += 1
                 return
@@ -83,16 +83,19 @@ class GradientDescent:
         try:
             new = self._objective.evaluate(old.chi + step, (old.state.x, old.state.p))
             ratio = (new.value - old.value) / promised
-            gradient = self._objective.gradient(new, self._gradient.adjoint) if ratio > ACCEPT else None
+            enough = ratio > CONTROLS.sufficient_decrease
+            gradient = self._objective.gradient(new, self._gradient.adjoint) if enough else None
         except SolveFailure:
             gradient = None
         if gradient is None:
-            self._dt = min(SHRINK * self._dt, length / math.sqrt(-2.0 * promised))
+            self._dt = min(CONTROLS.backtracking * self._dt, length / math.sqrt(-2.0 * promised))
             return False
         self.at, self._gradient = new, gradient
         if self._learns:
             self._curvature.learn(step, self._physics - physics)
         agreement = min(ratio, 2.0 - ratio)
-        factor = SHRINK if agreement < POOR else GROW if agreement > VERY_GOOD else WIDEN if agreement > GOOD else 1.0
-        self._dt *= factor if step_term > BINDING * abs(promised) else min(factor, 1.0)
+        if agreement < CONTROLS.poor_agreement:
+            self._dt *= CONTROLS.backtracking
+        elif agreement > CONTROLS.good_agreement:
+            self._dt *= CONTROLS.trust_factor
         return True

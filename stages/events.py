@@ -15,6 +15,18 @@ class Message:
 
 
 @dataclass(frozen=True)
+class Compiled:
+    """How far the compilation is, which the first run after an installation waits for.
+
+    Attributes:
+        done, total: steps.
+    """
+
+    done: int
+    total: int
+
+
+@dataclass(frozen=True)
 class DesignUpdate:
     """An accepted design update.
 
@@ -49,7 +61,7 @@ class LoadStep:
     max_load: float
 
 
-Event = Message | DesignUpdate | LoadStep
+Event = Message | Compiled | DesignUpdate | LoadStep
 Observer = Callable[[Event], None]
 
 

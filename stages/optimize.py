@@ -11,7 +11,7 @@ from pydantic import Field
 from stages.design import Result, lines, pack
 from stages.domains import DomainSettings
 from stages.ended import Reached, recorded, told
-from stages.events import DesignUpdate, Message, Observer, silent
+from stages.events import Compiled, DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
 from stages.load import arm_end, held
 from stages.settings import ProblemSettings, Section
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
-VERSION = 12
+VERSION = 13
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -101,7 +101,7 @@ def run(
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     core, units = similar(settings)
     material, load, limits = core.parameters()
-    compile_kernels(material.law)
+    compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))
     compute = compute or Compute()
     use_threads(compute.threads)
     optimizer, domain = settings.optimizer, core.domain.build()

@@ -17,7 +17,7 @@ from actuator.failure import InvalidSettings
 from stages.curves import Result, lines, pack, shortfall
 from stages.datasets import Source, design
 from stages.design import Design
-from stages.events import LoadStep, Message, Observer, silent
+from stages.events import Compiled, LoadStep, Message, Observer, silent
 from stages.optimize import needs
 from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
@@ -93,7 +93,7 @@ def run(
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
     core, units = similar(problem)
-    compile_kernels(core.parameters()[0].law)
+    compile_kernels(core.parameters()[0].law, lambda done, total: observer(Compiled(done, total)))
     use_threads(compute.threads)
     observer(Message(f"{design.domain.mesh.nelements} cells"))
     response, finished = Response(design.domain, design.chi, units), True

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -11,19 +9,20 @@ from actuator.arrays import Floats
 from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kinematics import THETA2, Kinematics
-from actuator.equations.tangent_kernels import PACKED, tangent
+from actuator.equations.tangent_kernels import PACKED, flow_tangent, tangent
 from actuator.material.constants import Constants
 
 _UPPER = np.triu_indices(20)
 
 
 class Tangent:
-    """Blocks K_xx (symmetric, upper triangle), K_xp, K_px and K_pp (symmetric) at one design and state.
+    """Blocks K_xx (symmetric, upper triangle), K_xp, K_px, K_pp (symmetric) and K_pχ at one design and state.
 
     Attributes:
         mechanics: gather of the upper triangle of K_xx; ``xx`` its matrix, (n_x, n_x).
         darcy: gather of the upper triangle of K_pp; ``pp`` its matrix, (n_p, n_p).
         xp, px: coupling blocks, (n_x, n_p) and (n_p, n_x).
+        pc: derivative of the flow equations with respect to χ, (n_p, n_vertices).
     """
 
     def __init__(self, discretisation: Discretisation, kinematics: Kinematics) -> None:
@@ -69,16 +68,15 @@ class Tangent:
         t_rows = np.broadcast_to(tip_vertices[..., None], (n_tip, 8, 3)).ravel()
         self._pu, self._buffer_px = _views(self._coupling)
         self._px = Gather(np.concatenate([p_rows, t_rows]), np.concatenate([u_columns, t_columns]), (n_p, n_x))
-        self.darcy = darcy_gather(discretisation)
-        self._discretisation = discretisation
+        self.darcy, self._pc = darcy_gather(discretisation), darcy_gather(discretisation, upper=False)
         self._pp_buffer = np.empty((n_cells, 8, 8))
 
         self._xx_data = np.empty(self.mechanics.nonzeros)
         self._xp_data, self._px_data = np.empty(self._xp.nonzeros), np.empty(self._px.nonzeros)
-        self._pp_data = np.empty(self.darcy.nonzeros)
+        self._pp_data, self._pc_data = np.empty(self.darcy.nonzeros), np.empty(self._pc.nonzeros)
         self.xx = self.mechanics.matrix(self._xx_data)
         self.xp, self.px = self._xp.matrix(self._xp_data), self._px.matrix(self._px_data)
-        self.pp = self.darcy.matrix(self._pp_data)
+        self.pp, self.pc = self.darcy.matrix(self._pp_data), self._pc.matrix(self._pc_data)
 
     def assemble(self, source: Floats, c: Constants, chi: Floats, x: Floats, p: Floats, nodal: Floats) -> None:
         """Evaluate all blocks in place.
@@ -90,8 +88,8 @@ class Tangent:
         u = kinematics.displacement(x)
         n_cells = len(self._geometry.cells)
         uu, up = self._uu[0].reshape(n_cells, PACKED), self._up[0].reshape(n_cells, 20, 3, 8)
-        pu, pp = self._pu[0].reshape(n_cells, 8, 20, 3), self._pp_buffer
-        tangent(self._geometry, source, c, chi, u, p, uu, up, pu, pp)
+        pp = self._pp_buffer
+        tangent(self._geometry, source, c, chi, u, p, uu, up, pp)
 
         flat = self._tip_directions(x)
         arm = _unpack(uu[self._tip_cells]) @ flat
@@ -100,12 +98,25 @@ class Tangent:
         corner[2, 2] += kinematics.second_variation(x, nodal)
         self._uu[2][:] = corner.ravel()
         self._up[1][:] = (flat.transpose(0, 2, 1) @ up[self._tip_cells].reshape(n_tip, 60, 8)).ravel()
-        self._pu[1][:] = (pu[self._tip_cells].reshape(n_tip, 8, 60) @ flat).ravel()
 
         self.mechanics.data(self._buffer_xx, self._xx_data)
         self._xp.data(self._buffer_xp, self._xp_data)
-        self._px.data(self._buffer_px, self._px_data)
         self.darcy.data(pp.ravel(), self._pp_data)
+        self._flow_data(c, chi, x, p, self._px_data, self._pc_data)
+
+    def flow_blocks(self, c: Constants, chi: Floats, x: Floats, p: Floats) -> tuple[sp.csr_array, sp.csr_array]:
+        """K_px and K_pχ at any design and state, in memory of their own."""
+        px, pc = np.empty(self._px.nonzeros), np.empty(self._pc.nonzeros)
+        self._flow_data(c, chi, x, p, px, pc)
+        return self._px.matrix(px), self._pc.matrix(pc)
+
+    def _flow_data(self, c: Constants, chi: Floats, x: Floats, p: Floats, px: Floats, pc: Floats) -> None:
+        n_cells, n_tip = len(self._geometry.cells), len(self._tip_cells)
+        pu, elements = self._pu[0].reshape(n_cells, 8, 20, 3), self._pp_buffer
+        flow_tangent(self._geometry, c, chi, self._kinematics.displacement(x), p, pu, elements)
+        self._pu[1][:] = (pu[self._tip_cells].reshape(n_tip, 8, 60) @ self._tip_directions(x)).ravel()
+        self._px.data(self._buffer_px, px)
+        self._pc.data(elements.ravel(), pc)
 
     def _tip_directions(self, x: Floats) -> Floats:
         """∂u/∂T in the cells at the tip, (n_tip_cells, 60, 3): u of Γ follows T."""
@@ -122,18 +133,6 @@ class Tangent:
         """
         arm = self._tip_directions(x).transpose(0, 2, 1) @ elements[self._tip_cells].reshape(-1, 60, 8)
         return self._xp.matrix(self._xp.data(np.concatenate([elements.ravel(), arm.ravel()])))
-
-    @cached_property
-    def _flows(self) -> Gather:
-        return darcy_gather(self._discretisation, upper=False)
-
-    def flow_block(self, elements: Floats) -> sp.csr_array:
-        """Assemble derivatives of the flow equations with respect to a vertex field, (n_p, n_vertices).
-
-        Args:
-            elements: (n_cells, 8, 8), not symmetric.
-        """
-        return self._flows.matrix(self._flows.data(elements.ravel()))
 
     def multiply(self, dx: Floats, dp: Floats) -> tuple[Floats, Floats]:
         """Tangent times (dx, dp)."""

@@ -1,4 +1,4 @@
-"""Compiled element loops for the four blocks of the state's tangent, and for the Darcy problem with u frozen."""
+"""Compiled element loops for the blocks of the state's tangent, and for the Darcy problem with u frozen."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ PACKED = 210 * 9
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
+def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpp):
     """Derivatives of the element residuals of :func:`actuator.equations.kernels.residual` with respect to u and p.
 
     Args:
         Kuu: result, (n_cells, 1890), N/mm; packed as :data:`PACKED` says. The block is symmetric.
         Kup: result, (n_cells, 20, 3, 8), mm².
-        Kpu: result, (n_cells, 8, 20, 3), mm²/s.
         Kpp: result, (n_cells, 8, 8), mm⁵/(N s); symmetric.
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
@@ -28,9 +27,8 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
         s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
         F, Finv, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        g, w, n = np.empty(3), np.empty(3), np.empty((20, 3))
+        n, v = np.empty((20, 3)), np.empty((8, 3))
         m, left, right, geometric = np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3)), np.empty((20, 3))
-        v, nw = np.empty((8, 3)), np.empty(20)
         H = geometry.hessian[s]
         k = cell_permeability(geometry, c, chi, e, np.empty(8))
         first = 0
@@ -44,7 +42,6 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
                 Kuu[e, first + 8] = value
                 first += 9
         Kup[e] = 0.0
-        Kpu[e] = 0.0
         Kpp[e] = 0.0
         for q in range(n_q):
             dx = geometry.volume[s, q]
@@ -59,26 +56,19 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpu, Kpp):
             mechanical_block(
                 c, dx, factor, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
             )
-            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
-            push(Finv, g, w)
             kJ = k * J * dx
             sink = dx * (source[s, q] + drainage(x, c)[0])
             for a in range(8):
                 push(Finv, geometry.gradient[s, q, a], v[a])
-            for a in range(20):
-                nw[a] = n[a, 0] * w[0] + n[a, 1] * w[1] + n[a, 2] * w[2]
             for a in range(8):
                 shape = geometry.shape[q, a]
                 for d in range(8):
                     Kpp[e, a, d] += kJ * (v[a, 0] * v[d, 0] + v[a, 1] * v[d, 1] + v[a, 2] * v[d, 2])
                 Kpp[e, a, a] += sink * shape
-                wv = w[0] * v[a, 0] + w[1] * v[a, 1] + w[2] * v[a, 2]
                 Jp = J * dx * shape
                 for d in range(20):
-                    nv = n[d, 0] * v[a, 0] + n[d, 1] * v[a, 1] + n[d, 2] * v[a, 2]
                     for j in range(3):
                         Kup[e, d, j, a] -= Jp * n[d, j]
-                        Kpu[e, a, d, j] += kJ * (n[d, j] * wv - w[j] * nv - v[a, j] * nw[d])
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
@@ -133,22 +123,63 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
 
 
 @njit(cache=True, parallel=True, fastmath=FAST)
-def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
-    """Derivatives of the element residuals of :func:`actuator.equations.kernels.residual` with respect to χ.
+def flow_tangent(geometry, c, chi, u, p, Kpu, Kpc):
+    """Derivatives of the flow's element residuals with respect to u and χ.
 
     Args:
-        Kuc: result, (n_cells, 20, 3, 8), N.
+        Kpu: result, (n_cells, 8, 20, 3), mm²/s.
         Kpc: result, (n_cells, 8, 8), mm³/s; not symmetric.
     """
     n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
     for e in prange(n_cells):
         s = geometry.cell_class[e]
         vertices, nodes = geometry.cells[e], geometry.node_cells[e]
-        F, Finv, b, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-        g, w, v, slope, flow = np.empty(3), np.empty(3), np.empty(3), np.empty(8), np.zeros(8)
+        F, Finv, slope, flow = np.empty((3, 3)), np.empty((3, 3)), np.empty(8), np.zeros(8)
+        g, w, v = np.empty(3), np.empty(3), np.empty((8, 3))
+        wv, n = np.empty(8), np.empty(3)
         permeability = cell_permeability(geometry, c, chi, e, slope)
-        Kuc[e] = 0.0
+        Kpu[e] = 0.0
         Kpc[e] = 0.0
+        for q in range(n_q):
+            dx = geometry.volume[s, q]
+            deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
+            kJ = permeability * inverse(F, Finv) * dx
+            x = interpolate(chi, vertices, geometry.shape[q])
+            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
+            push(Finv, g, w)
+            sink = dx * drainage(x, c)[1]
+            for a in range(8):
+                push(Finv, geometry.gradient[s, q, a], v[a])
+                wv[a] = w[0] * v[a, 0] + w[1] * v[a, 1] + w[2] * v[a, 2]
+                flow[a] += kJ * wv[a]
+                outflow = sink * geometry.shape[q, a] * p[vertices[a]]
+                for d in range(8):
+                    Kpc[e, a, d] += outflow * geometry.shape[q, d]
+            for d in range(20):
+                push(Finv, geometry.gradient20[s, q, d], n)
+                nw = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]
+                for a in range(8):
+                    nv = n[0] * v[a, 0] + n[1] * v[a, 1] + n[2] * v[a, 2]
+                    for j in range(3):
+                        Kpu[e, a, d, j] += kJ * (n[j] * wv[a] - w[j] * nv - v[a, j] * nw)
+        for a in range(8):
+            for d in range(8):
+                Kpc[e, a, d] += flow[a] * slope[d]
+
+
+@njit(cache=True, parallel=True, fastmath=FAST)
+def design_tangent(geometry, c, chi, u, Kuc):
+    """Derivatives of the forces on an element with respect to χ.
+
+    Args:
+        Kuc: result, (n_cells, 20, 3, 8), N.
+    """
+    n_cells, n_q = geometry.cells.shape[0], geometry.shape.shape[0]
+    for e in prange(n_cells):
+        s = geometry.cell_class[e]
+        vertices, nodes = geometry.cells[e], geometry.node_cells[e]
+        F, Finv, b, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        Kuc[e] = 0.0
         for q in range(n_q):
             dx = geometry.volume[s, q]
             deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
@@ -167,16 +198,3 @@ def design_tangent(geometry, c, chi, u, p, Kuc, Kpc):
                     force = P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
                     for d in range(8):
                         Kuc[e, a, i, d] += force * geometry.shape[q, d]
-            vertex_gradient(p, vertices, geometry.gradient[s, q], g)
-            push(Finv, g, w)
-            kJ = permeability * J * dx
-            sink = dx * drainage(x, c)[1]
-            for a in range(8):
-                push(Finv, geometry.gradient[s, q, a], v)
-                flow[a] += kJ * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2])
-                outflow = sink * geometry.shape[q, a] * p[vertices[a]]
-                for d in range(8):
-                    Kpc[e, a, d] += outflow * geometry.shape[q, d]
-        for a in range(8):
-            for d in range(8):
-                Kpc[e, a, d] += flow[a] * slope[d]

@@ -35,6 +35,10 @@ _MEMORY_ERRORS = (-2, -9)
 #: Threads that MKL plans its reproducible mode for, whatever number it then uses: one and two give the same factors.
 REPRODUCIBLE_THREADS = 8
 
+#: Threads share out the columns of a solve, and each sums up so many of them alike; the last ones, fewer, otherwise.
+#: With whole groups for every thread a column's solution is the same for any number of threads.
+COLUMNS_AT_ONCE = 4
+
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 _PHASES = {_ANALYSE: "analysis", _FACTORISE: "factorisation", _SOLVE: "solve", _RELEASE: "release"}
 _CHOLESKY, _SYMMETRIC, _UNSYMMETRIC = 2, -2, 11
@@ -90,10 +94,14 @@ class PardisoSolver(DirectSolver):
     def _solve(self, b: Floats, transposed: bool) -> Floats:
         assert self._data is not None
         self._session.settings[11] = 2 if transposed else 0
+        count = b.shape[1]
         rhs = np.asfortranarray(b, dtype=self._scalar)
+        if count > 1:
+            rhs = np.zeros((self.size, count + -count % (COLUMNS_AT_ONCE * self.threads)), self._scalar, order="F")
+            rhs[:, :count] = b
         x = np.empty_like(rhs)
         self._session.call(_SOLVE, self._data, rhs, x)
-        return x.astype(np.float64, copy=False)
+        return x[:, :count].astype(np.float64, copy=False)
 
     def _release(self) -> None:
         self._session.close()

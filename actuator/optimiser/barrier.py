@@ -22,14 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from actuator.arrays import Bools, Floats
-
-#: Least slack at the start, in χ.
-ROOM = 1e-4
-#: Share of the way to the next zero of a slack or multiplier that a step may go.
-INSIDE = 0.95
-#: A step identifies the active bounds if at least this share of it was taken, and if relative changes of slack and
-#: multiplier differ by less than this at no more than this share of the bounds that it takes for active.
-TELLING, ALIKE, UNCLEAR = 0.8, 0.5, 0.05
+from actuator.optimiser.controls import CONTROLS, Controls
 
 
 @dataclass(frozen=True)
@@ -92,12 +85,13 @@ class Barrier:
         start: λ y to begin with; positive.
     """
 
-    def __init__(self, bounds: Sequence[Bounds], start: float) -> None:
+    def __init__(self, bounds: Sequence[Bounds], start: float, controls: Controls = CONTROLS) -> None:
+        self._controls = controls
         self._walls: list[_Walls] = []
         self._steps: list[tuple[Floats, Floats]] = []
         self._share = 0.0
         for each in bounds:
-            y = np.maximum(each.room, ROOM)
+            y = np.maximum(each.room, controls.least_slack)
             self._walls.append(_Walls(each, y, start / y))
         self._volume = sum(float(each.volumes.sum()) for each in bounds)
 
@@ -138,7 +132,8 @@ class Barrier:
         for wall, changes in zip(self._walls, self._steps, strict=True):
             for value, change in zip((wall.y, wall.multiplier), changes, strict=True):
                 falling = change < 0.0
-                share = min(share, INSIDE * float(np.min(-value[falling] / change[falling], initial=np.inf)))
+                to_zero = float(np.min(-value[falling] / change[falling], initial=np.inf))
+                share = min(share, self._controls.boundary_share * to_zero)
         return share
 
     def move(self, share: float) -> None:
@@ -153,9 +148,11 @@ class Barrier:
         With the barrier, the slacks of these fall to zero and their multipliers stay; of the others it is the
         multipliers that fall (El-Bakry, Tapia & Zhang 1994, doi:10.1137/1036003).
         """
+        controls = self._controls
         wall, (dy, d_multiplier) = self._walls[0], self._steps[0]
         contrast = d_multiplier / wall.multiplier - dy / wall.y
         met = np.asarray(contrast > 0.0)
-        if self._share < TELLING or (np.abs(contrast) < ALIKE).sum() > UNCLEAR * met.sum():
+        alike = int((np.abs(contrast) < controls.alike).sum())
+        if self._share < controls.good_agreement or alike > controls.unclear * met.sum():
             return None
         return met

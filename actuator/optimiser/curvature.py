@@ -13,12 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
+from actuator.optimiser.controls import CONTROLS, Controls
 from actuator.terms.step import Metric
-
-#: Pairs kept; the oldest go first. Above this by the slack, B is built up anew.
-MEMORY, SLACK = 20, 6
-#: Least share of sᵀBs in sᵀy; less curvature than that is raised to it (Powell 1978, doi:10.1007/BFb0067703).
-DAMPING = 0.2
 
 
 class Curvature:
@@ -34,14 +30,16 @@ class Curvature:
         signs: ±1 for each of them, (r,).
     """
 
-    def __init__(self, base: Metric, scale: float) -> None:
-        self._base, self.scale = base, scale
+    def __init__(self, base: Metric, scale: float, controls: Controls = CONTROLS) -> None:
+        self._base, self.scale, self._damping = base, scale, controls.curvature_damping
+        # The oldest pairs go first, several at a time, because B is then built up anew.
+        self._memory, self._most = controls.curvature_memory, controls.curvature_memory * 4 // 3
         self.diagonal: Floats = np.zeros(base.size)
         self._pairs: list[tuple[Floats, Floats]] = []
         self._clear()
 
     def _clear(self) -> None:
-        self._columns = np.empty((self._base.size, 2 * (MEMORY + SLACK + 1)), order="F")
+        self._columns = np.empty((self._base.size, 2 * (self._most + 1)), order="F")
         self.signs: Floats = np.empty(0)
 
     @property
@@ -71,8 +69,8 @@ class Curvature:
     def learn(self, s: Floats, y: Floats) -> None:
         """Take up a direction s and its Hessian product y."""
         self._pairs.append((s, y))
-        if len(self._pairs) > MEMORY + SLACK:
-            self._pairs = self._pairs[-MEMORY:]
+        if len(self._pairs) > self._most:
+            self._pairs = self._pairs[-self._memory :]
             self._rebuild()
         else:
             self._update(s, y)
@@ -85,8 +83,8 @@ class Curvature:
     def _update(self, s: Floats, y: Floats) -> None:
         b = self @ s
         known, seen = float(s @ b), float(s @ y)
-        if seen < DAMPING * known:
-            share = (1.0 - DAMPING) * known / (known - seen)
+        if seen < self._damping * known:
+            share = (1.0 - self._damping) * known / (known - seen)
             y = share * y + (1.0 - share) * b
         rank = len(self.signs)
         self._columns[:, rank] = y / np.sqrt(float(s @ y))

@@ -12,44 +12,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
-from actuator.arrays import Floats
+from actuator.arrays import Bools, Floats
+from actuator.optimiser.controls import CONTROLS, Controls
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.subproblem import Subproblem
 from actuator.solve.reduced import ReducedObjective
 from actuator.terms.step import Metric
-
-MAX_NEWTON = 60
-#: Most Hessian products in one Newton step; it ends when this many brought less than this part of its gain.
-MAX_PRODUCTS, LAST, LITTLE = 30, 3, 0.1
-#: Share of the gain below which a product whose whole proposal was taken says that there is no more.
-NOTHING = 0.01
-#: Lengths that are tried along a subproblem's solution, longest first.
-LENGTHS = (1.0, 0.6, 0.36, 0.2, 0.1, 0.04, 0.015, 0.005, 0.001)
-#: Search back from the end of a Newton step: factor per trial, least length, and share of the promise that is enough.
-SHRINK, SHORTEST, ENOUGH = 0.4, 1e-3, 0.1
-#: Share of the force residual that a correction of the displacements may leave where it moves the objective by more
-#: than a part of the gain; beyond that, their prediction is spent.
-DRIFT, MATTERS = 0.3, 0.01
-#: Truth over promise of a Newton step below and above which the trust in the quadratic falls and grows.
-POOR, GOOD = 0.4, 0.75
-TIGHTEN, LOOSEN = 4.0, 0.1
-#: Truth over promise above which it is the damping that holds a Newton step back, and the factor on it then.
-HELD_BACK, LET_GO = 1.5, 0.01
-#: Products of a Newton step above which the damping grows: with less of it the quadratic is worse conditioned than
-#: products can resolve, and the step that they leave, good as the quadratic is there, brings next to nothing.
-MANY = 15
-LOOSEST, TIGHTEST, FARTHEST = 1e-6, 1e6, 2.0
-#: Most damping and least reach that an inner problem begins with: its model is new, and mistrust of the last one
-#: counts less.
-NEW_DAMPING, NEW_REACH = 1.0, 0.1
-#: The inner problem ends when this many Newton steps together brought less than this part of all that was gained.
-WINDOW, STALLED = 4, 0.05
-#: Share of all that was gained below which a Newton step is not worth more products, nor another Newton step.
-WORTHLESS = 1e-3
-#: Curvature of the physics before anything is known, per unit step in the norm of C_t over the volume.
-GUESS = 1e-2
 
 
 @dataclass(frozen=True)
@@ -61,8 +32,8 @@ class Trust:
         reach: largest change of χ in a Newton step.
     """
 
-    damping: float = 1.0
-    reach: float = 0.5
+    damping: float = CONTROLS.first_damping
+    reach: float = CONTROLS.reach_range[1]
 
 
 @dataclass(frozen=True)
@@ -94,12 +65,13 @@ class InnerStep:
 
 @dataclass
 class _Newton:
-    """A Newton step: d, S d, what it promises, and the products it took."""
+    """A Newton step: d, S d, what it promises, the products it took, and what its last proposal touched of C_χ."""
 
     step: Floats
     dx: Floats
     change: float = 0.0
     products: int = 0
+    met: Bools | None = None
 
 
 @dataclass(frozen=True)
@@ -121,13 +93,13 @@ class _Landing:
 class InnerProblem:
     """Solves the inner problems of one case."""
 
-    def __init__(self, objective: ReducedObjective, metric: Metric) -> None:
-        self._objective, self._metric = objective, metric
-        self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), metric)
+    def __init__(self, objective: ReducedObjective, metric: Metric, controls: Controls = CONTROLS) -> None:
+        self._objective, self._metric, self._controls = objective, metric, controls
+        self._subproblem = Subproblem(objective.design, objective.equilibrium.vertex_solver(), metric, controls)
 
     def blank(self) -> Curvature:
         """The curvature before any Hessian product."""
-        return Curvature(self._metric, GUESS / self._metric.measure)
+        return Curvature(self._metric, self._controls.first_curvature / self._metric.measure, self._controls)
 
     def solve(
         self,
@@ -145,55 +117,76 @@ class InnerProblem:
             curvature: from earlier products; those of this inner problem are added to it.
             trust: for the first Newton step.
         """
-        curvature = self.blank() if curvature is None else curvature
-        trust = Trust() if trust is None else Trust(min(trust.damping, NEW_DAMPING), max(trust.reach, NEW_REACH))
+        controls, curvature = self._controls, self.blank() if curvature is None else curvature
+        trust = self._trusted(trust)
         now = start = model.start()
         model.gradient(now)
-        curvature.rebase(model.diagonal(now))
+        curvature.rebase(model.diagonal(now, controls.curvature_probes))
         trail: list[ModelPoint] = []
-        gains, products, newton = [0.0], 0, 0
-        while newton < MAX_NEWTON and products < max_products and trust.damping < TIGHTEST:
+        gains, products, newton, met = [0.0], 0, 0, None
+        while products < max_products and trust.damping < controls.damping_range[1]:
             newton += 1
-            limit = min(MAX_PRODUCTS, max_products - products)
-            step = self._newton_step(model, now, dt, curvature, trust, limit, WORTHLESS * gains[-1])
+            limit = min(controls.max_products_per_step, max_products - products)
+            worth = controls.worthless_gain * gains[-1]
+            step = self._newton_step(model, now, dt, curvature, trust, limit, worth, met)
+            met = step.met
             products += step.products
             landing = self._land(model, now, step, dt)
+            trust = _adapted(trust, step, landing, controls)
             if landing.point is not None:
                 now = landing.point
                 trail.append(now)
                 gains.append(self._value(start, dt) - self._value(now, dt))
-                if gains[-1] - gains[-2] < WORTHLESS * gains[-1]:
+                if gains[-1] - gains[-2] < controls.worthless_gain * gains[-1]:
                     break
-            trust = _adapted(trust, step, landing)
             if landing.drifted and trail:
                 break
-            if len(gains) > WINDOW and gains[-1] - gains[-1 - WINDOW] < STALLED * gains[-1]:
-                break
+            if len(gains) > controls.window:
+                lately = gains[-1] - gains[-1 - controls.window]
+                if lately < controls.negligible_gain * gains[-1]:
+                    break
         return InnerStep(start, tuple(trail), newton, products, trust)
+
+    def _trusted(self, trust: Trust | None) -> Trust:
+        """What to begin with: the model is new, and mistrust of the last one counts less."""
+        if trust is None:
+            return Trust()
+        controls = self._controls
+        return Trust(min(trust.damping, controls.first_damping), max(trust.reach, controls.reach_range[0]))
 
     def _value(self, at: ModelPoint, dt: float) -> float:
         return at.value + 0.5 * float(at.delta @ (self._metric @ at.delta)) / dt**2
 
     def _newton_step(
-        self, model: Model, now: ModelPoint, dt: float, curvature: Curvature, trust: Trust, limit: int, worth: float
+        self,
+        model: Model,
+        now: ModelPoint,
+        dt: float,
+        curvature: Curvature,
+        trust: Trust,
+        limit: int,
+        worth: float,
+        met: Bools | None,
     ) -> _Newton:
         """Minimise the quadratic of the physics plus everything that is cheap, from where the model is.
 
-        Not more than ``limit`` products are made, and few if they promise less than ``worth``.
+        Not more than ``limit`` products are made, and few if they promise less than ``worth``. ``met`` is what the step
+        before touched.
         """
-        metric, damping = self._metric, trust.damping / self._metric.measure
+        controls, metric, damping = self._controls, self._metric, trust.damping / self._metric.measure
         physics = model.gradient(now) - now.design.gradient
         quadratic = (1.0 / dt**2 + damping) * metric.upper
-        result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx))
+        result = _Newton(np.zeros_like(now.delta), np.zeros_like(now.dx), met=met)
         bent = np.zeros_like(physics)  # Hessian of the physics times the step
         value, gains = now.design.value, []
 
         while result.products < limit:
             linear = physics + bent + metric @ (now.delta + result.step) / dt**2 + damping * (metric @ result.step)
             at = now.chi + result.step
-            proposal = self._subproblem.solve(at, value, linear, curvature, quadratic, trust.reach)
+            proposal = self._subproblem.solve(at, value, linear, curvature, quadratic, trust.reach, result.met)
             if proposal is None:
                 break
+            result.met = proposal.met
             s = proposal.step
             hs, dx = model.product(now, s)
             result.products += 1
@@ -205,55 +198,69 @@ class InnerProblem:
             result.change -= gain
             if float(np.abs(result.step).max()) > trust.reach:
                 break
-            if length == 1.0 and gain < NOTHING * sum(gains):
-                break
-            if len(gains) > LAST and sum(gains[-LAST:]) < max(LITTLE * sum(gains), worth):
+            lately = sum(gains[-controls.window :]) if len(gains) > controls.window else np.inf
+            if min(lately, gain if length == 1.0 else np.inf) < max(controls.negligible_gain * sum(gains), worth):
                 break
         return result
 
     def _along(
         self, chi: Floats, s: Floats, end: float, start: float, slope: float, bend: float
     ) -> tuple[float, float, float]:
-        """Best of the lengths along a step, its gain, and the design terms there; zero if none is lower."""
-        best, most, there = 0.0, 0.0, start
-        for length in LENGTHS:
-            value = end if length == 1.0 else self._objective.design.value(chi + length * s)
-            gain = start - value - length * slope - 0.5 * length**2 * bend
-            if gain > most:
-                best, most, there = length, gain, value
-            elif best > 0.0:
-                break
-        return best, most, there
+        """Best length along a step, its gain, and the design terms there; zero if none is lower."""
+        values = {1.0: end}
+
+        def gain(length: float) -> float:
+            if length not in values:
+                values[length] = self._objective.design.value(chi + length * s)
+            return start - values[length] - length * slope - 0.5 * length**2 * bend
+
+        back, best, length = self._controls.backtracking, 1.0, 1.0
+        while length > self._controls.shortest and not 0.0 < gain(best) > gain(length):
+            best, length = length, back * length
+        if gain(best) <= 0.0:
+            return 0.0, 0.0, start
+        if best < 1.0:
+            found = minimize_scalar(
+                lambda length: -gain(float(length)),
+                bounds=(back * best, min(best / back, 1.0)),
+                method="bounded",
+                options={"maxiter": self._controls.max_corrections},
+            )
+            best = max(best, float(found.x), key=gain)
+        return best, gain(best), values[best]
 
     def _land(self, model: Model, now: ModelPoint, step: _Newton, dt: float) -> _Landing:
         """Back along a Newton step to where the model is low enough after a correction of its displacements."""
-        length, start = 1.0, self._value(now, dt)
+        controls, length, start = self._controls, 1.0, self._value(now, dt)
         drifted = False
-        while step.change < 0.0 and length > SHORTEST and not (drifted and now.delta.any()):
+        while step.change < 0.0 and length > controls.shortest and not (drifted and now.delta.any()):
             trial = model(now.delta + length * step.step, now.dx + length * step.dx)
-            if trial is not None and (self._value(trial, dt) - start) / step.change > ENOUGH * length:
+            least = controls.sufficient_decrease * length
+            if trial is not None and (self._value(trial, dt) - start) / step.change > least:
                 corrected = model.corrected(trial)
                 if corrected is not None:
                     gain, moved = start - self._value(corrected, dt), abs(corrected.value - trial.value)
-                    left = np.linalg.norm(corrected.force) > DRIFT * np.linalg.norm(trial.force)
-                    if -gain / step.change > ENOUGH * length:
-                        return _Landing(corrected, length, -gain / step.change, bool(left and moved > MATTERS * gain))
+                    left = np.linalg.norm(corrected.force) > controls.force_drift * np.linalg.norm(trial.force)
+                    if -gain / step.change > least:
+                        spent = bool(left and moved > controls.negligible_gain * gain)
+                        return _Landing(corrected, length, -gain / step.change, spent)
                 drifted = True
-            length *= SHRINK
+            length *= controls.backtracking
         return _Landing(drifted=drifted)
 
 
-def _adapted(trust: Trust, step: _Newton, landing: _Landing) -> Trust:
+def _adapted(trust: Trust, step: _Newton, landing: _Landing, controls: Controls) -> Trust:
     """Trust after a Newton step."""
+    mistrusted = trust.damping * controls.trust_factor
     if landing.point is None:
-        return Trust(trust.damping * TIGHTEN, trust.reach * SHRINK)
+        return Trust(mistrusted, trust.reach * controls.backtracking)
     size = landing.length * float(np.abs(step.step).max())
     if landing.length < 1.0:
-        return Trust(trust.damping * TIGHTEN, size)
-    if landing.quality < POOR:
-        return replace(trust, damping=trust.damping * TIGHTEN)
-    reach = max(trust.reach, min(2.0 * size, FARTHEST))
-    if step.products > MANY:
-        return Trust(trust.damping * TIGHTEN, reach)
-    factor = LET_GO if landing.quality > HELD_BACK else LOOSEN if landing.quality > GOOD else 1.0
-    return Trust(max(LOOSEST, factor * trust.damping), reach)
+        return Trust(mistrusted, size)
+    if landing.quality < controls.poor_agreement:
+        return replace(trust, damping=mistrusted)
+    reach = max(trust.reach, min(2.0 * size, controls.reach_range[1]))
+    if step.products > controls.max_products_per_step // 2:
+        return Trust(mistrusted, reach)
+    factor = controls.trust_factor**-2 if landing.quality > controls.good_agreement else 1.0
+    return Trust(max(controls.damping_range[0], factor * trust.damping), reach)

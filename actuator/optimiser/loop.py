@@ -15,6 +15,7 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.failure import SolveFailure
+from actuator.optimiser.controls import CONTROLS, Controls
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
 from actuator.optimiser.model import Model, ModelPoint
@@ -22,17 +23,6 @@ from actuator.optimiser.stationarity import stationarity
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.terms.step import Metric
 
-#: Truth over prediction: least for a step to be taken, and what shrinks, keeps, widens and grows Δt.
-ACCEPT, POOR, GOOD, VERY_GOOD = 0.05, 0.25, 0.5, 0.8
-SHRINK, WIDEN, GROW = 0.4, 1.5, 3.0
-#: After a refusal, an earlier point of the inner problem that promises at most this part is tried.
-RETREAT = 0.4
-#: Share of the step term in the predicted change above which Δt is what limits the step.
-BINDING = 0.02
-#: The search ends where Δt has shrunk to this part of its first value.
-SMALLEST_STEP = 1e-8
-#: Design updates over which :attr:`Optimiser.least_gain` is measured.
-WINDOW = 5
 #: Counts of work that the history holds, and the parts that seconds are booked on.
 COUNTS = ("newton", "krylov", "products", "factorisations")
 PARTS = ("state", "adjoint", "inner")
@@ -88,8 +78,10 @@ class Optimiser:
         objective: the case.
         first_step: Δt of the first update.
         tolerance: stationarity at which the optimisation is converged.
-        least_gain: share of C that the last :data:`WINDOW` updates must have gained together for it to go on.
+        least_gain: share of C that the last few updates (:attr:`Controls.settled_updates`) must have gained together
+            for it to go on.
         max_products: most Hessian products of the model per inner problem.
+        controls: all other numbers that steer it.
     """
 
     def __init__(
@@ -100,8 +92,9 @@ class Optimiser:
         tolerance: float = 1e-3,
         least_gain: float = 0.0,
         max_products: int = 60,
+        controls: Controls = CONTROLS,
     ) -> None:
-        self.objective = objective
+        self.objective, self.controls = objective, controls
         self.first_step, self.max_products = first_step, max_products
         self.tolerance, self.least_gain = tolerance, least_gain
         self.metric = Metric(
@@ -111,7 +104,7 @@ class Optimiser:
             solver=objective.equilibrium.solver,
             threads=objective.equilibrium.threads,
         )
-        self._inner = InnerProblem(objective, self.metric)
+        self._inner = InnerProblem(objective, self.metric, controls)
 
     # -------------------------------------------------------------------- start
 
@@ -147,6 +140,7 @@ class Optimiser:
             "gradient": progress.gradient.total,
             "curvature": progress.curvature.pairs,
             "scalars": np.array([progress.dt, progress.trust.damping, progress.trust.reach]),
+            **{f"factors.{key}": value for key, value in self.objective.equilibrium.factors.items()},
             **columns,
         }
 
@@ -158,7 +152,11 @@ class Optimiser:
         dt, damping, reach = (float(v) for v in arrays["scalars"])
         curvature = self._inner.blank()
         curvature.restore(np.array(arrays["curvature"]))
-        columns = {key.removeprefix("history."): value for key, value in arrays.items() if key.startswith("history.")}
+        columns, factors = (
+            {key.removeprefix(group): np.array(value) for key, value in arrays.items() if key.startswith(group)}
+            for group in ("history.", "factors.")
+        )
+        self.objective.equilibrium.restore_factors(factors)
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
         last, work = history[-1], self.objective.equilibrium.work
@@ -196,7 +194,8 @@ class Optimiser:
                 return Outcome(
                     progress,
                     False,
-                    f"The last {WINDOW} design updates lowered C by less than {100.0 * self.least_gain:.2g} % of it; "
+                    f"The last {self.controls.settled_updates} design updates lowered C by less than "
+                    f"{100.0 * self.least_gain:.2g} % of it; "
                     f"the measure is {measure:.1e}.",
                 )
             if not self._update(progress):
@@ -207,15 +206,17 @@ class Optimiser:
                 accepted(progress)
 
     def _settled(self, progress: Progress) -> bool:
-        values = [record["C"] for record in progress.history[-WINDOW - 1 :]]
-        return len(values) > WINDOW and values[0] - values[-1] < self.least_gain * abs(values[-1])
+        window = self.controls.settled_updates
+        values = [record["C"] for record in progress.history[-window - 1 :]]
+        return len(values) > window and values[0] - values[-1] < self.least_gain * abs(values[-1])
 
     def _update(self, progress: Progress) -> bool:
         """One accepted design update, or False if Δt shrinks to nothing."""
-        clock = _Clock()
-        model = self._model(progress)
+        clock, controls = _Clock(), self.controls
+        # The first factors at hand are those of a state on the way from rest.
+        model = Model(self.objective, progress.evaluation, progress.gradient, fresh=len(progress.history) == 1)
         clock.lap("state")
-        while progress.dt > SMALLEST_STEP * self.first_step:
+        while progress.dt > controls.least_time_step * self.first_step:
             step = self._inner.solve(model, progress.dt, self.max_products, progress.curvature, progress.trust)
             clock.lap("inner")
             taken, point = None, step.trail[-1] if step.trail else None
@@ -223,22 +224,20 @@ class Optimiser:
                 taken = self._try(progress, point, step.change(point), clock)
                 if taken is not None:
                     break
-                point = _earlier(step, point)
+                point = _earlier(step, point, controls.backtracking)
             if taken is None or point is None:
                 if step.trail:
-                    model = self._model(progress)  # the tangent and its factors have moved to the refused design
+                    # The tangent, and perhaps its factors, have moved to the refused design.
+                    model = Model(self.objective, progress.evaluation, progress.gradient)
                     clock.lap("state")
-                    progress.dt = min(SHRINK * progress.dt, self._holding(step.trail[0], step))
+                    progress.dt = min(controls.backtracking * progress.dt, self._holding(step.trail[0], step))
                 else:
-                    progress.dt *= SHRINK
+                    progress.dt *= controls.backtracking
                 continue
             progress.evaluation, progress.gradient, ratio = taken
             used, progress.trust = progress.dt, step.trust
-            # Δt grows only where the step term weighs something in the model and all of the step was taken.
-            change, step_term = step.change(point), 0.5 * (self.metric.norm(point.delta) / used) ** 2
-            free = point is step.trail[-1] and step_term > BINDING * abs(change)
-            factor = _trust(min(ratio, 2.0 - ratio))
-            progress.dt *= factor if free else min(factor, 1.0)
+            factor = self._trust(min(ratio, 2.0 - ratio))
+            progress.dt *= factor if point is step.trail[-1] else min(factor, 1.0)  # all of the step was taken
             progress.inner += step.newton
             for part, seconds in clock.parts.items():
                 progress.seconds[part] += seconds
@@ -251,12 +250,12 @@ class Optimiser:
         change = -step.change(refused)
         return self.metric.norm(refused.delta) / float(np.sqrt(2.0 * change)) if change > 0.0 else np.inf
 
-    def _model(self, progress: Progress) -> Model:
-        """The model around the last accepted design.
-
-        With a fresh factorisation, so that a run does not depend on where it was interrupted.
-        """
-        return Model(self.objective, progress.evaluation, progress.gradient)
+    def _trust(self, agreement: float) -> float:
+        """Factor on Δt; ``agreement`` is 1 where truth and prediction are equal."""
+        controls = self.controls
+        if agreement < controls.poor_agreement:
+            return controls.backtracking
+        return controls.trust_factor if agreement > controls.good_agreement else 1.0
 
     def _try(
         self, progress: Progress, point: ModelPoint, change: float, clock: _Clock
@@ -267,7 +266,7 @@ class Optimiser:
             new = self.objective.evaluate(point.chi, (point.x, point.p))
             clock.lap("state")
             ratio = (new.value - progress.evaluation.value) / change
-            if not ratio > ACCEPT:
+            if not ratio > self.controls.sufficient_decrease:
                 return None
             gradient = self.objective.gradient(new, progress.gradient.adjoint)
         except SolveFailure:  # no state, or too close to a limit point for the linear solves
@@ -309,14 +308,7 @@ class _Clock:
         self._last = now
 
 
-def _earlier(step: InnerStep, refused: ModelPoint) -> ModelPoint | None:
-    """The last point before a refused one that promises at most :data:`RETREAT` of what it did."""
-    limit = RETREAT * step.change(refused)
+def _earlier(step: InnerStep, refused: ModelPoint, share: float) -> ModelPoint | None:
+    """The last point before a refused one that promises at most a share of what it did."""
+    limit = share * step.change(refused)
     return next((point for point in reversed(step.trail) if step.change(point) >= limit), None)
-
-
-def _trust(agreement: float) -> float:
-    """Factor on Δt; ``agreement`` is 1 where truth and prediction are equal."""
-    if agreement < POOR:
-        return SHRINK
-    return GROW if agreement > VERY_GOOD else WIDEN if agreement > GOOD else 1.0

@@ -12,16 +12,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from actuator.arrays import Floats
+from actuator.optimiser.controls import CONTROLS
 from actuator.solve.flow import Inverted
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.solve.sensitivity import Sensitivity
 from actuator.terms.design import DesignTerms
 
-#: Random probes of the leak's curvature; their error, a quarter, matters little in an estimate.
-PROBES, SEED = 32, 0
-TINY = 1e-40  # complex step: no subtraction, so no smallest sensible size
+#: The complex step subtracts nothing, so that it has no smallest sensible size.
+TINY = 1e-40
 
 
 @dataclass
@@ -37,6 +38,7 @@ class ModelPoint:
         design: the terms that depend on χ alone.
         gradient: dm/dδ, (n_vertices,); from :meth:`Model.gradient`.
         flow_adjoint: multiplier of R_p, (n_vertices,); from :meth:`Model.gradient`.
+        flow_blocks: derivatives of R_p with respect to x and χ; from :meth:`Model.gradient`.
     """
 
     delta: Floats
@@ -50,6 +52,7 @@ class ModelPoint:
     design: DesignTerms
     gradient: Floats | None = None
     flow_adjoint: Floats | None = None
+    flow_blocks: tuple[sp.csr_array, sp.csr_array] | None = None
 
 
 class Model:
@@ -59,14 +62,15 @@ class Model:
         objective: the case.
         at, gradient: the design the model is built around; its state is linearised here, and the model can be used
             until another state is.
+        fresh: whether to factorise the tangent there, or let the factors at hand serve.
 
     Attributes:
         sensitivity: S, around that state.
     """
 
-    def __init__(self, objective: ReducedObjective, at: Evaluation, gradient: Gradient) -> None:
+    def __init__(self, objective: ReducedObjective, at: Evaluation, gradient: Gradient, *, fresh: bool = True) -> None:
         self._objective, self._at = objective, at
-        self.sensitivity = Sensitivity(objective.equilibrium, at.state)
+        self.sensitivity = Sensitivity(objective.equilibrium, at.state, fresh=fresh)
         self._adjoint = gradient.adjoint[0]
         self._no_force, self._no_flow = np.zeros_like(at.state.x), np.zeros_like(at.state.p)
 
@@ -101,11 +105,12 @@ class Model:
         """dm/dδ at a point, (n_vertices,); kept there."""
         if at.gradient is not None:
             return at.gradient
-        derivatives = self._objective.derivatives
-        g_chi, g_x, g_p = derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
-        at.flow_adjoint = self._objective.equilibrium.flow(at.chi, at.x).solve(-g_p)
-        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, at.flow_adjoint, at.tip, terms=False)
-        at.gradient = at.design.gradient + g_chi + f_chi + self.sensitivity.transposed(g_x + f_x)
+        equilibrium = self._objective.equilibrium
+        g_chi, g_x, g_p = self._objective.derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
+        at.flow_adjoint = equilibrium.flow(at.chi, at.x).solve(-g_p)
+        at.flow_blocks = px, pc = equilibrium.tangent.flow_blocks(equilibrium.coefficients, at.chi, at.x, at.p)
+        of_state = self.sensitivity.transposed(g_x + px.T @ at.flow_adjoint)
+        at.gradient = at.design.gradient + g_chi + pc.T @ at.flow_adjoint + of_state
         return at.gradient
 
     def product(self, at: ModelPoint, direction: Floats) -> tuple[Floats, Floats]:
@@ -116,21 +121,21 @@ class Model:
             direction: (n_vertices,).
         """
         assert at.flow_adjoint is not None
-        equilibrium, derivatives = self._objective.equilibrium, self._objective.derivatives
+        assert at.flow_blocks is not None
+        equilibrium, (px, pc) = self._objective.equilibrium, at.flow_blocks
         flow = equilibrium.flow(at.chi, at.x)
         dx = self.sensitivity @ direction
         step = TINY / max(float(np.abs(direction).max()), 1e-300)
-        chi, x = at.chi + 1j * step * direction, at.x + 1j * step * dx
-        dp = flow.solve(-equilibrium.flow_residual(chi, x, at.p).imag / step, check=False)
-        p = at.p + 1j * step * dp
+        dp = flow.solve(-(px @ dx + pc @ direction), check=False)
+        chi, x, p = at.chi + 1j * step * direction, at.x + 1j * step * dx, at.p + 1j * step * dp
         tip = equilibrium.tip_forces(chi, x, p)
-        h_chi, h_x, h_p = (g.imag / step for g in derivatives(chi, x, p, self._adjoint, at.flow_adjoint, tip))
+        second = self._objective.derivatives(chi, x, p, self._adjoint, at.flow_adjoint, tip)
+        h_chi, h_x, h_p = (g.imag / step for g in second)
         response = flow.solve(-h_p, check=False)
-        f_chi, f_x, _ = derivatives(at.chi, at.x, at.p, self._no_force, response, at.tip, terms=False)
         equilibrium.work.products += 1
-        return h_chi + f_chi + self.sensitivity.transposed(h_x + f_x), dx
+        return h_chi + pc.T @ response + self.sensitivity.transposed(h_x + px.T @ response), dx
 
-    def diagonal(self, at: ModelPoint) -> Floats:
+    def diagonal(self, at: ModelPoint, probes: int = CONTROLS.curvature_probes) -> Floats:
         """Estimate of the Hessian's diagonal without the χ-only terms, (n_vertices,); never negative.
 
         What χ does with the state held, its rows summed, plus the diagonal of the Gauss-Newton Hessian of the leak with
@@ -138,6 +143,7 @@ class Model:
 
         Args:
             at: the model's start, after its gradient has been evaluated.
+            probes: random vectors of the estimator, the same ones each time.
         """
         assert at.flow_adjoint is not None
         chi = at.chi + 1j * TINY * np.ones_like(at.chi)
@@ -145,7 +151,7 @@ class Model:
         weights = self._objective.total.pressure_roots()
         if weights is None:
             return np.abs(held.imag) / TINY
-        signs = np.random.default_rng(SEED).choice((-1.0, 1.0), (len(weights), PROBES))
+        signs = np.random.default_rng(0).choice((-1.0, 1.0), (len(weights), probes))
         flow = self._objective.equilibrium.flow(at.chi, at.x)
-        responses = self.sensitivity.flows.T @ flow.solve(weights[:, None] * signs, check=False)
+        responses = self.sensitivity.linearisation.tangent.pc.T @ flow.solve(weights[:, None] * signs, check=False)
         return np.asarray(np.abs(held.imag) / TINY + np.mean(responses**2, axis=1))

@@ -205,6 +205,8 @@ class Equilibrium:
     def solve(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> State:
         """The state of a design by Newton's method; rest, without solving anything, where p_in is zero.
 
+        The factors at hand serve, or where they have become too dear those of the tangent at the start.
+
         Args:
             chi: design, (n_vertices,).
             start: x and p to start from; at rest if None.
@@ -214,7 +216,8 @@ class Equilibrium:
         """
         if self.coefficients.pressure == 0.0:
             return self._rest(chi)
-        fresh, remedy = start is None, self._at_rest if start is None else NEARBY
+        fresh, remedy = start is None or self._workspace.worn, self._at_rest if start is None else NEARBY
+        self._workspace.uses.append(0)
         if start is None:
             x = np.zeros(self.kinematics.size)
             start = x, self.pressure(chi, x)
@@ -275,7 +278,21 @@ class Equilibrium:
 
     def forget_factors(self) -> None:
         """Let the next linearisation factorise anew, whatever came before."""
-        self._workspace.owner, self._workspace.factorised = None, False
+        self._workspace.owner, self._workspace.factors_of = None, None
+
+    @property
+    def factors(self) -> dict[str, Floats]:
+        """Where the factors at hand come from and what they have cost, for :meth:`restore_factors`; empty if none."""
+        workspace = self._workspace
+        if (of := workspace.factors_of) is None:
+            return {}
+        return {"chi": of.chi, "x": of.x, "p": of.p, "uses": np.array(workspace.uses, dtype=np.float64)}
+
+    def restore_factors(self, factors: dict[str, Floats]) -> None:
+        """Factorise where the stored :attr:`factors` come from, so that all goes on as it did there."""
+        if factors:
+            self.linearise(self.at(factors["chi"], factors["x"], factors["p"]), fresh=True)
+            self._workspace.uses, self._workspace.untried = [int(n) for n in factors["uses"]], False
 
     @property
     def statistics(self) -> Statistics:

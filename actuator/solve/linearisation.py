@@ -1,14 +1,14 @@
 """The tangent of the state equations at one state, and everything that solves with it.
 
 One factorisation of the symmetric mechanical block preconditions GMRES on the coupled tangent; it serves several
-Newton steps, the adjoint and later designs, until the iteration count says that a new one is cheaper. The tangent's
-memory, gigabytes with its factors, is there once: a new linearisation takes it over, and the one before can no longer
-be used.
+Newton steps, the adjoint and later designs, until a new one is cheaper than the iterations that it would save. The
+tangent's memory, gigabytes with its factors, is there once: a new linearisation takes it over, and the one before can
+no longer be used.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -21,9 +21,13 @@ from actuator.material.constants import Constants
 from actuator.solve.coupled import CoupledSystem
 from actuator.solve.state import State
 
-#: Iterations of one coupled solve after which the mechanical block is factorised anew: on the paper's mesh a
-#: factorisation costs about as much as this many triangular solves.
+#: Iterations of one coupled solve after which the mechanical block is factorised anew, whatever that costs.
 STALE_ITERATIONS = 25
+#: Operations of a factorisation that take as long as one entry of the factors does in one iteration: a factorisation
+#: is bound by arithmetic, an iteration by memory. Measured on 1,080 to 9,504 cells (docs/project/notebook/fast.md).
+OPERATIONS_PER_ENTRY = 50.0
+#: Part of a factorisation's price that the iterations of a state and its adjoint may take before the next one is due.
+PATIENCE = 0.25
 #: Iterations of the first coupled solve with new factors.
 MAX_KRYLOV = 120
 #: Residual that serves where rounding lets a solve get no lower: adjoints far beyond the strain limit, all C_Ψ's.
@@ -56,8 +60,9 @@ class Workspace:
         mechanics, darcy: direct solvers of K_xx and K_pp.
         work: what is counted.
         owner: the linearisation that may use it.
-        factorised: whether ``mechanics`` holds factors, of this tangent or of an older one.
+        factors_of: the state whose mechanical block ``mechanics`` holds the factors of, None if it holds none.
         untried: whether no coupled solve has used them yet.
+        uses: iterations of each state with its adjoint that they have served.
     """
 
     tangent: Tangent
@@ -65,8 +70,28 @@ class Workspace:
     darcy: DirectSolver
     work: Work
     owner: Linearisation | None = None
-    factorised: bool = False
+    factors_of: State | None = None
     untried: bool = False
+    uses: list[int] = field(default_factory=list)
+
+    @property
+    def worn(self) -> bool:
+        """Whether to factorise anew before the next state.
+
+        Iterations grow as designs leave the one that was factorised. New factors are made long before these iterations
+        outweigh them: with old ones the optimiser's model follows the state less far (docs/project/notebook/fast.md).
+        """
+        if not self.uses:
+            return False
+        seen = self.mechanics.statistics
+        price = (seen.operations or 0.0) / (OPERATIONS_PER_ENTRY * (seen.factor_entries or 1)) or STALE_ITERATIONS
+        return self.uses[-1] > PATIENCE * price
+
+    def count(self, iterations: int) -> None:
+        """Book iterations of a coupled solve."""
+        self.work.krylov += iterations
+        if self.uses:
+            self.uses[-1] += iterations
 
 
 class Linearisation:
@@ -102,7 +127,7 @@ class Linearisation:
         workspace.darcy.factorise(workspace.tangent.pp.data)
         workspace.work.darcy_factorisations += 1
         workspace.owner = self
-        if fresh or not workspace.factorised:
+        if fresh or workspace.factors_of is None:
             self.factorise()
 
     @property
@@ -120,10 +145,10 @@ class Linearisation:
         """Factorise the mechanical block of this tangent, unless that has been done."""
         workspace = self._owned
         if not self._exact:
-            workspace.factorised = False
+            workspace.factors_of = None
             workspace.mechanics.factorise(workspace.tangent.xx.data)
             workspace.work.factorisations += 1
-            workspace.factorised = self._exact = True
+            workspace.factors_of, workspace.uses, self._exact = self.at, [0], True
         workspace.untried = True
 
     @property
@@ -166,11 +191,11 @@ class Linearisation:
         untried = workspace.untried
         limit = MAX_KRYLOV if untried else STALE_ITERATIONS
         result = solved(x0=x0, max_iterations=limit, restart=limit)
-        workspace.work.krylov += result.iterations
+        workspace.count(result.iterations)
         if result.relative_residual > tolerance and not untried:
             self.factorise()
             result = solved(x0=result.x, max_iterations=MAX_KRYLOV, restart=MAX_KRYLOV)
-            workspace.work.krylov += result.iterations
+            workspace.count(result.iterations)
         workspace.untried = False
         if result.relative_residual > (max(tolerance, ROUNDING) if result.stagnated else tolerance):
             raise SolveFailure(

@@ -22,29 +22,25 @@ class Sensitivity:
     """S: dx = S dχ around one state, (n_x, n_vertices).
 
     Args:
-        equilibrium: is linearised at the state, with factors of its own.
+        equilibrium: is linearised at the state.
         state: converged.
-
-    Attributes:
-        flows: derivative of the flow equations with respect to χ at the state, (n_p, n_vertices).
+        fresh: whether to factorise there, or let the factors at hand serve.
 
     Raises:
         actuator.failure.SolveFailure: if the tangent cannot be factorised.
     """
 
-    def __init__(self, equilibrium: Equilibrium, state: State) -> None:
-        self.linearisation = equilibrium.linearise(state, fresh=True)
+    def __init__(self, equilibrium: Equilibrium, state: State, *, fresh: bool = True) -> None:
+        self.linearisation = equilibrium.linearise(state, fresh=fresh)
         tangent, geometry = self.linearisation.tangent, equilibrium.geometry
-        n_cells = len(geometry.cells)
-        forces, flows = np.empty((n_cells, 20, 3, 8)), np.empty((n_cells, 8, 8))
-        design_tangent(geometry, equilibrium.coefficients, state.chi, state.displacement, state.p, forces, flows)
+        forces = np.empty((len(geometry.cells), 20, 3, 8))
+        design_tangent(geometry, equilibrium.coefficients, state.chi, state.displacement, forces)
         self._forces = tangent.force_block(forces, state.x)
-        self.flows = tangent.flow_block(flows)
 
     def __matmul__(self, direction: Floats) -> Floats:
         """dx (n_x,) of a change of the design (n_vertices,)."""
         tangent, linearisation = self.linearisation.tangent, self.linearisation
-        force, flow = self._forces @ direction, self.flows @ direction
+        force, flow = self._forces @ direction, tangent.pc @ direction
         dx = np.zeros(len(force))
         for _ in range(SWEEPS):
             dp = linearisation.flow(-flow - tangent.px @ dx)
@@ -58,4 +54,4 @@ class Sensitivity:
         for _ in range(SWEEPS):
             lx = linearisation.mechanics(gradient - tangent.px.T @ lp)
             lp = linearisation.flow(-(tangent.xp.T @ lx))
-        return -(self._forces.T @ lx) - self.flows.T @ lp
+        return -(self._forces.T @ lx) - tangent.pc.T @ lp

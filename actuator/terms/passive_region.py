@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from actuator.arrays import Floats
@@ -28,6 +29,10 @@ class PassiveRegion:
     def room(self, chi: Floats) -> Floats:
         """How far χ lies below the bound at the quadrature points, (n_cells, n_q); negative beyond it."""
         return self.limit[self._geometry.cell_class] - self._points.at(chi)
+
+    def penalty(self, over: Floats) -> float:
+        """C_χ of what lies beyond the bound at the quadrature points, (n_cells, n_q), negative within it."""
+        return 0.5 * self.weight * float(np.sum(self._points.volumes * np.maximum(over, 0.0) ** 2))
 
     def share(self, chi: Floats) -> float:
         """Share of the solid {χ > 0} that lies in the passive core, where the bound is negative."""

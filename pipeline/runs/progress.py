@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from pipeline.results.wording import duration
 from pipeline.runs.growing_table import UPDATES, Table, load_table
 from pipeline.terminal import broken, coloured, quiet, verbose
-from stages.events import DesignUpdate, Event, LoadStep, Message
+from stages.events import Compiled, DesignUpdate, Event, LoadStep, Message
 
 
 class SilentDisplay:
@@ -29,8 +29,8 @@ class SilentDisplay:
     def line(self, text: str) -> None:
         """Show a line."""
 
-    def progress(self, done: float, limit: int, left: str) -> None:
-        """Show how far the work is."""
+    def progress(self, done: float, limit: int, left: str, counted: str | None = None) -> None:
+        """Show how far the work is; ``counted`` if it is something else than usual."""
 
 
 class PlainDisplay(SilentDisplay):
@@ -50,7 +50,7 @@ class LiveDisplay(PlainDisplay):
     def __init__(self, console: Console, bars: Progress, counted: str) -> None:
         super().__init__(console)
         self.bars, self.counted = bars, counted
-        self.task: TaskID | None = None
+        self.tasks: dict[str, TaskID] = {}
 
     @property
     def width(self) -> int:
@@ -61,12 +61,13 @@ class LiveDisplay(PlainDisplay):
         """Show a line, broken between words."""
         super().line(broken(text, self.width))
 
-    def progress(self, done: float, limit: int, left: str) -> None:
+    def progress(self, done: float, limit: int, left: str, counted: str | None = None) -> None:
         """Move the bar."""
-        if self.task is None:
-            self.task = self.bars.add_task(self.counted, total=limit, left=left)
+        counted = counted or self.counted
+        if counted not in self.tasks:
+            self.tasks[counted] = self.bars.add_task(counted, total=limit, left=left)
         finished = done >= limit
-        self.bars.update(self.task, completed=done, total=limit, left=left, visible=not finished)
+        self.bars.update(self.tasks[counted], completed=done, total=limit, left=left, visible=not finished)
 
 
 #: Marks what the log is told that the user has seen.
@@ -106,6 +107,8 @@ class Reporter:
         width = self.display.width
         if isinstance(event, Message):
             self.say(f"  {event.text}")
+        elif isinstance(event, Compiled):
+            self.display.progress(event.done, event.total, "", "compilation")
         elif isinstance(event, DesignUpdate):
             if self._first is None:
                 self.say(UPDATES.heading(), UPDATES.heading(width))

@@ -20,7 +20,7 @@ from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.equations.kernels import residual
 from actuator.equations.quadrature import hexahedron_14
-from actuator.equations.tangent_kernels import PACKED, tangent
+from actuator.equations.tangent_kernels import PACKED, flow_tangent, tangent
 from actuator.material.constants import Constants, constants_of
 from actuator.parameters import Load, Material, Objective
 from stages.domains import HalfCylinderSettings
@@ -141,7 +141,8 @@ def element_tangents(
     """Blocks uu, up, pu, pp of every element, as matrices of 60 displacements (node by node) and 8 pressures."""
     n = len(geometry.cells)
     packed, up, pu, pp = (np.empty((n, *shape)) for shape in ((PACKED,), (20, 3, 8), (8, 20, 3), (8, 8)))
-    tangent(geometry, source, c, chi, u, p, packed, up, pu, pp)
+    tangent(geometry, source, c, chi, u, p, packed, up, pp)
+    flow_tangent(geometry, c, chi, u, p, pu, np.empty((n, 8, 8)))
     uu = np.empty((n, 20, 3, 20, 3))
     for k, (a, b) in enumerate(zip(*np.triu_indices(20), strict=True)):
         block = packed[:, 9 * k : 9 * k + 9].reshape(n, 3, 3)

@@ -18,14 +18,16 @@ def small_domain() -> HalfCylinder:
     return half_cylinder(3, 2, 4)
 
 
-def small_objective(domain: Domain | None = None, tolerance: float = 1e-8, **changes: Any) -> ReducedObjective:
+def small_objective(
+    domain: Domain | None = None, tolerance: float = 1e-8, *, threads: int = 1, **changes: Any
+) -> ReducedObjective:
     """The paper's problem on a small mesh; ``changes`` are those of :func:`physics.parameters`."""
     return ReducedObjective(
         domain or small_domain(),
         *parameters(**changes),
         state_tolerance=tolerance,
         adjoint_tolerance=max(1e-3 * tolerance, 1e-12),
-        threads=1,
+        threads=threads,
     )
 
 

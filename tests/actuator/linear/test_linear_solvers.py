@@ -271,11 +271,12 @@ def test_inertia_by_sylvester() -> None:
 
 @pytest.mark.skipif("pardiso" not in SOLVERS, reason="SuperLU has one thread")
 @pytest.mark.parametrize("precision", ["double", "single"])
-def test_one_and_two_threads_give_the_same_solution_bit_by_bit(precision: str) -> None:
+@pytest.mark.parametrize("columns", [1, 2, 5, 12, 44])
+def test_any_number_of_threads_gives_the_same_solution_bit_by_bit(precision: str, columns: int) -> None:
     system = elasticity()
-    b = np.random.default_rng(7).standard_normal(system.full.shape[0])
+    b = np.random.default_rng(7).standard_normal((system.full.shape[0], columns))
     solutions = []
-    for threads in (1, 2, 2):
+    for threads in (1, 2, 2, 3):
         with system.solver("pardiso", threads=threads, precision=precision) as solver:
             solver.factorise(system.stored.data)
             solutions.append(solver.solve(b, check=None))

@@ -7,10 +7,14 @@ import pytest
 from physics import Floats
 from small_case import metric_of, small_objective
 
-from actuator.optimiser.curvature import MEMORY, SLACK, Curvature
+from actuator.optimiser.controls import CONTROLS
+from actuator.optimiser.curvature import Curvature
 from actuator.terms.step import Metric
 
 SCALE = 1e-3
+MEMORY = CONTROLS.curvature_memory
+#: Pairs that there may be before the oldest go.
+MOST = MEMORY * 4 // 3
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +93,7 @@ def test_negative_curvature_leaves_it_positive_definite(curvature: Curvature, me
 
 def test_oldest_pairs_go_and_the_rest_counts(curvature: Curvature, metric: Metric) -> None:
     rng, matrix = np.random.default_rng(4), hessian(metric.size)
-    directions = rng.standard_normal((MEMORY + SLACK + 1, metric.size))
+    directions = rng.standard_normal((MOST + 1, metric.size))
     for s in directions:
         curvature.learn(s, matrix @ s)
     assert curvature.pairs.shape == (2, MEMORY, metric.size)
@@ -100,7 +104,7 @@ def test_oldest_pairs_go_and_the_rest_counts(curvature: Curvature, metric: Metri
     np.testing.assert_array_equal(curvature.columns, fresh.columns)
 
 
-@pytest.mark.parametrize("learnt", [0, 1, MEMORY + 3, MEMORY + SLACK + 5])
+@pytest.mark.parametrize("learnt", [0, 1, MEMORY + 3, MOST + 5])
 def test_restored_is_the_same_bit_by_bit(curvature: Curvature, metric: Metric, learnt: int) -> None:
     rng, matrix = np.random.default_rng(5), hessian(metric.size)
     for _ in range(learnt):

@@ -105,10 +105,11 @@ def test_progress_is_that_of_the_last_design(run: Run) -> None:
 
 def test_counts_only_grow(run: Run) -> None:
     np.testing.assert_array_equal(run.column("update"), np.arange(UPDATES + 1))
-    for key in ("evaluations", "krylov", "products", "factorisations", "seconds"):
+    for key in ("evaluations", "krylov", "products", "seconds"):
         assert (np.diff(run.column(key)) > 0.0).all(), key
-    # A state that was predicted well enough needs no Newton step.
-    assert (np.diff(run.column("newton")) >= 0.0).all()
+    # A state that was predicted well enough needs no Newton step, and old factors may serve.
+    for key in ("newton", "factorisations"):
+        assert (np.diff(run.column(key)) >= 0.0).all(), key
     assert run.progress.evaluations == run.column("evaluations")[-1]
 
 
@@ -133,12 +134,22 @@ def test_interrupted_run_goes_on_as_if_nothing_had_happened(made: int, run: Run,
     assert len(resumed.history) == made + 1
     assert resumed.dt == progress.dt
     second.run(resumed, UPDATES)
-    np.testing.assert_allclose([r["C"] for r in resumed.history], run.column("C"), rtol=1e-8)
-    np.testing.assert_allclose(resumed.evaluation.chi, run.designs[-1], rtol=0.0, atol=1e-6)
-    assert resumed.dt == pytest.approx(run.progress.dt)
+    np.testing.assert_array_equal([r["C"] for r in resumed.history], run.column("C"))
+    np.testing.assert_array_equal(resumed.evaluation.chi, run.designs[-1])
+    assert resumed.dt == run.progress.dt
     assert resumed.evaluations == run.progress.evaluations
-    for key in ("products", "factorisations", "seconds"):
-        assert (np.diff([r[key] for r in resumed.history]) > 0.0).all(), key
+    for key in ("products", "krylov"):
+        np.testing.assert_array_equal([r[key] for r in resumed.history], run.column(key), key)
+    for key in ("factorisations", "seconds"):
+        assert (np.diff([r[key] for r in resumed.history]) >= 0.0).all(), key
+
+
+def test_number_of_threads_makes_no_difference(run: Run) -> None:
+    """Bit by bit, whatever is shared out."""
+    loop = Optimiser(small_objective(DOMAIN, threads=2))
+    progress = loop.begin(start_of(DOMAIN))
+    loop.run(progress, UPDATES)
+    np.testing.assert_array_equal(progress.evaluation.chi, run.designs[-1])
 
 
 # -------------------------------------------------------------------------------------------------- the ends

@@ -1,0 +1,52 @@
+"""The solution of a subproblem on its active constraints: from an interior point to the last digits.
+
+An interior point stops short of the walls, here by 1e-8 of χ or less. C does not feel that, but its gradient does: C_χ
+is so steep that a design pressed against it with its whole force is no farther than that beyond its bound. So once the
+active set is identified, it is kept and corrected (primal-dual active set method, Hintermüller, Ito & Kunisch 2002,
+doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from actuator.arrays import Bools, Floats
+from actuator.optimiser.controls import Controls
+from actuator.optimiser.proposal import Proposal, Task
+from actuator.optimiser.quadratic import Inverse
+
+
+def on_bound(
+    task: Task, inverse: Inverse, s: Floats, met: Bools, best: Proposal, controls: Controls
+) -> Proposal | None:
+    """From a step s to the solution, with C_χ exact at the points that touch its bound.
+
+    Args:
+        s: an interior point; or zero, where another subproblem has told which points do.
+        met: the points that seem to, (n_cells, n_q).
+        best: what the solution has to come up to, and each step nearly; zero if nothing is known.
+
+    Returns:
+        None if the set of points does not settle on one.
+    """
+    design, physics, bound = task.design, task.physics, task.design.bound
+    assert bound is not None, "only what touches the bound comes here"
+    steep, room = bound.weight, bound.room(task.chi)
+    bent, there = physics.bent(s), design.smooth(task.chi + s)
+    for _ in range(controls.max_corrections):
+        wall: Floats = np.where(met, steep, 0.0)
+        force = physics.linear + bent + there.gradient + design.from_points(wall * (design.points.at(s) - room))
+        p = -inverse(there.hessian + design.point_stiffness(wall), physics)(force)
+        s = s + p
+        if float(np.abs(s).max()) > task.reach:
+            return None
+        bent, there = bent + physics.bent(p), design.smooth(task.chi + s)
+        found = task.proposal(s, bent, there.value)
+        if best.change < 0.0 and found.change > (1.0 - controls.negligible_gain) * best.change:
+            return None
+        before, met = met, np.asarray(design.points.at(s) > room)
+        if np.array_equal(met, before):
+            return replace(found, met=met) if found.change < min(0.0, best.change + task.rounding) else None
+    return None
