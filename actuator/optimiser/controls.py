@@ -68,7 +68,7 @@ class Controls:
     damping_range: tuple[float, float] = (1e-6, 1e6)
     reach_range: tuple[float, float] = (0.1, 2.0)
     first_curvature: float = 1e-2
-    curvature_memory: int = 10
+    curvature_memory: int = 20
     curvature_damping: float = 0.2
     curvature_probes: int = 32
     max_interior_steps: int = 20
