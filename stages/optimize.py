@@ -139,10 +139,11 @@ def run(
         observer(Message(f"Continuing after design update {len(progress.history) - 1}."))
     report(progress)
     outcome = optimiser.run(progress, optimizer.max_updates, report)
+    checkpoint = optimiser.checkpoint(progress)  # before other factors are made
     negative = _negative_eigenvalues(objective, progress.evaluation)
     if negative:
         observer(Message(f"The last design's state is not stable ({negative} negative eigenvalues)."))
-    result = _result(settings.domain.build(), objective, outcome, optimiser.checkpoint(progress), units)
+    result = _result(settings.domain.build(), objective, outcome, checkpoint, units)
     end = arm_end(settings, result.summary["spring_elongation"])
     result.summary.update(end, negative_eigenvalues=negative)
     return result
