@@ -29,7 +29,8 @@ def history(path: Path) -> tuple[Floats, Floats]:
     """Seconds and C of a run's designs, from its CSV."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    return tuple(np.array([float(row[key]) for row in rows]) for key in ("seconds [s]", "C [1]"))  # type: ignore[return-value]
+    seconds, values = (np.array([float(row[key]) for row in rows]) for key in ("seconds [s]", "C [1]"))
+    return seconds, values
 
 
 def reached(seconds: Floats, values: Floats, level: float) -> float:

@@ -83,6 +83,7 @@ class Barrier:
     Args:
         bounds: one or more sets of them.
         start: λ y to begin with; positive.
+        controls: the numbers that steer it.
     """
 
     def __init__(self, bounds: Sequence[Bounds], start: float, controls: Controls = CONTROLS) -> None:

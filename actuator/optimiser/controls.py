@@ -20,7 +20,7 @@ class Controls:
             also how far C_A and C_i may lie above their quadratic, over the linear decrease.
         backtracking: factor per trial of every search back along a step, and on what a refused point may promise.
         trust_factor: on Δt and damping where trust grows or falls; damping falls by its square.
-        least_time_step: share of the first Δt at which the optimisation gives up.
+        least_time_step: share of the first Δt at which the optimisation gives up; its inverse bounds Δt from above.
         settled_updates: design updates over which ``optimizer.least_gain`` is measured.
         window: products, or Newton steps, whose gain together decides whether a search goes on.
         negligible_gain: share of the gain that is not worth going on for: of the last products of a Newton step, of one

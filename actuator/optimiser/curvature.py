@@ -23,6 +23,7 @@ class Curvature:
     Args:
         base: N.
         scale: σ.
+        controls: the numbers that steer it.
 
     Attributes:
         diagonal: d, (n_vertices,).

@@ -32,8 +32,13 @@ class Trust:
         reach: largest change of χ in a Newton step.
     """
 
-    damping: float = CONTROLS.first_damping
-    reach: float = CONTROLS.reach_range[1]
+    damping: float
+    reach: float
+
+    @classmethod
+    def first(cls, controls: Controls) -> Trust:
+        """Before anything is known: the damping holds back, so that the reach need not."""
+        return cls(controls.first_damping, controls.reach_range[1])
 
 
 @dataclass(frozen=True)
@@ -150,7 +155,7 @@ class InnerProblem:
     def _trusted(self, trust: Trust | None) -> Trust:
         """What to begin with: the model is new, and mistrust of the last one counts less."""
         if trust is None:
-            return Trust()
+            return Trust.first(self._controls)
         controls = self._controls
         return Trust(min(trust.damping, controls.first_damping), max(trust.reach, controls.reach_range[0]))
 

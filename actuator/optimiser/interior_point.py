@@ -21,6 +21,7 @@ class InteriorPoint:
         task: the subproblem.
         inverse: of Hessians.
         norm: of the design.
+        controls: the numbers that steer it.
 
     Attributes:
         s: where it is.

@@ -49,7 +49,7 @@ class Progress:
     gradient: Gradient
     dt: float
     curvature: Curvature
-    trust: Trust = field(default_factory=Trust)
+    trust: Trust
     history: list[Record] = field(default_factory=list)
     evaluations: int = 1
     inner: int = 0
@@ -123,7 +123,8 @@ class Optimiser:
         clock.lap("state")
         gradient = self.objective.gradient(evaluation)
         clock.lap("adjoint")
-        progress = Progress(evaluation, gradient, self.first_step, self._inner.blank(), seconds=clock.parts)
+        trust = Trust.first(self.controls)
+        progress = Progress(evaluation, gradient, self.first_step, self._inner.blank(), trust, seconds=clock.parts)
         progress.history.append(self._record(progress, 0.0))
         return progress
 
@@ -237,7 +238,10 @@ class Optimiser:
             progress.evaluation, progress.gradient, ratio = taken
             used, progress.trust = progress.dt, step.trust
             factor = self._trust(min(ratio, 2.0 - ratio))
-            progress.dt *= factor if point is step.trail[-1] else min(factor, 1.0)  # all of the step was taken
+            if point is not step.trail[-1]:  # Δt grows only where all of the step was taken
+                factor = min(factor, 1.0)
+            # Far beyond the first Δt the step term weighs nothing: what grows on would only have to be shrunk again.
+            progress.dt = min(factor * progress.dt, self.first_step / controls.least_time_step)
             progress.inner += step.newton
             for part, seconds in clock.parts.items():
                 progress.seconds[part] += seconds

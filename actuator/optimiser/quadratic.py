@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from actuator.arrays import Floats
+from actuator.arrays import Floats, Ints
 from actuator.equations.tangent import symmetric_product
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver
@@ -54,7 +54,7 @@ class Inverse:
         diagonal: where the diagonal stands in data on that pattern.
     """
 
-    def __init__(self, solver: DirectSolver, norm: Metric, diagonal: np.ndarray) -> None:
+    def __init__(self, solver: DirectSolver, norm: Metric, diagonal: Ints) -> None:
         self._solver, self._norm, self._diagonal = solver, norm, diagonal
 
     def __call__(self, data: Floats, physics: Quadratic) -> Callable[[Floats], Floats]:

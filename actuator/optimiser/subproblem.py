@@ -32,6 +32,7 @@ class Subproblem:
         design: the χ-only terms.
         solver: direct solver on the vertices' pattern.
         norm: of the design.
+        controls: the numbers that steer it.
     """
 
     def __init__(

@@ -130,7 +130,7 @@ class ReducedObjective:
         return Gradient(g_chi + at.design.gradient, (lx, lp))
 
     def derivatives(
-        self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats, *, terms: bool = True
+        self, chi: Floats, x: Floats, p: Floats, lx: Floats, lp: Floats, nodal: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Derivatives of the state's terms + Λ·R with respect to χ, x and p; real or complex.
 
@@ -138,7 +138,6 @@ class ReducedObjective:
             chi, x, p: design and state.
             lx, lp: Λ.
             nodal: nodal residual forces at the state, (n_nodes, 3), N.
-            terms: whether the terms are wanted, or Λ·R alone.
         """
         equilibrium, kinematics = self.equilibrium, self.equilibrium.kinematics
         geometry, n = equilibrium.geometry, len(chi)
@@ -154,14 +153,13 @@ class ReducedObjective:
             at.p,
             kinematics.variation(x, lx).astype(kind, copy=False),
             lp.astype(kind, copy=False),
-            1.0 if terms and self.total.strain_energy.weighs else 0.0,
+            1.0 if self.total.strain_energy.weighs else 0.0,
             bool(np.any(lx)),
             into.chi,
             into.u,
             into.p,
         )
-        if terms:
-            self.total.add_gradient(at, into)
+        self.total.add_gradient(at, into)
         gx = kinematics.force(x, scatter_vector(into.u, geometry.node_cells, len(self.domain.nodes)))
         gx[ARM] += kinematics.spring_tangent(x) @ lx[ARM]
         gx[THETA2] += kinematics.second_variation(x, nodal) * lx[THETA2]

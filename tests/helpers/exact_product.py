@@ -43,8 +43,12 @@ def hessian_product(
     _, _, nodal, _ = equilibrium.residual(chi, x, p)
     h_chi, hx, hp = (g.imag / step for g in objective.derivatives(chi, x, p, lx, lp, nodal))
     mx, mp = equilibrium.linearise(state).solve(-hx, -hp, tolerance, transposed=True)
-    response, _, _ = objective.derivatives(state.chi, state.x, state.p, mx, mp, state.nodal, terms=False)
-    return Product(h_chi + response + design_product(objective, at, direction), dx, dp)
+    # The derivative of Λ·R alone: what the multipliers make of that of C + Λ·R.
+    response, terms = (
+        objective.derivatives(state.chi, state.x, state.p, *multipliers, state.nodal)[0]
+        for multipliers in ((mx, mp), (0.0 * mx, 0.0 * mp))
+    )
+    return Product(h_chi + response - terms + design_product(objective, at, direction), dx, dp)
 
 
 def design_product(objective: ReducedObjective, at: Evaluation, direction: Floats) -> Floats:

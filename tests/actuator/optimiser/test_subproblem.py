@@ -146,16 +146,21 @@ def test_step_along_the_passive_region_is_as_good_as_a_long_descent_finds() -> N
     assert proposal.change < 0.9 * float(found.fun)
 
 
-@pytest.mark.parametrize("pull", [1e-4, 1e-3])
-def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> None:
-    """C_χ is so steep that 1e-8 short of its bound nothing holds a design; the solution leans into it."""
+def pressed(pull: float) -> Problem:
+    """A design that touches C_χ everywhere, pulled further outwards by a force."""
     given = problem(inside=False, pairs=4)
-    design = given.objective.design
-    first = given.solve()
+    design, first = given.objective.design, given.solve()
     assert first is not None
     chi = given.chi + first.step
     outwards = -pull * design.from_points(np.ones_like(design.points.volumes))
-    given = replace(given, chi=chi, linear=outwards - design.smooth(chi).gradient)
+    return replace(given, chi=chi, linear=outwards - design.smooth(chi).gradient)
+
+
+@pytest.mark.parametrize("pull", [1e-4, 1e-3])
+def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> None:
+    """C_χ is so steep that 1e-8 short of its bound nothing holds a design; the solution leans into it."""
+    given = pressed(pull)
+    design = given.objective.design
     proposal = given.solve()
     assert proposal is not None
     over = -design.passive.room(given.chi + proposal.step)
@@ -169,17 +174,11 @@ def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> No
 @pytest.mark.parametrize("spoilt", [False, True])
 def test_active_set_of_the_subproblem_before_saves_factorisations(spoilt: bool) -> None:
     """A slightly different subproblem, begun with what the last one touched, or with nonsense: the same solution."""
-    given = problem(inside=False, pairs=4)
-    design = given.objective.design
-    first = given.solve()
-    assert first is not None
-    chi = given.chi + first.step
-    outwards = -1e-4 * design.from_points(np.ones_like(design.points.volumes))
-    given = replace(given, chi=chi, linear=outwards - design.smooth(chi).gradient)
+    given = pressed(1e-4)
     before = given.solve()
     assert before is not None
     assert before.met is not None
-    given = replace(given, linear=given.linear * (1.0 + 1e-3 * np.cos(np.arange(len(chi)))))
+    given = replace(given, linear=given.linear * (1.0 + 1e-3 * np.cos(np.arange(len(given.chi)))))
     cold, warm = given.objective.equilibrium.vertex_solver(), given.objective.equilibrium.vertex_solver()
     expected, found = given.solve(solver=cold), given.solve(met=before.met ^ spoilt, solver=warm)
     assert expected is not None
