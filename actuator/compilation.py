@@ -135,7 +135,7 @@ def _update(law: Law) -> Iterator[None]:
     from actuator.optimiser.loop import Optimiser
 
     objective = _smallest(law)
-    optimiser = Optimiser(objective, max_products=2)
+    optimiser = Optimiser(objective, max_inner_steps=2)
     optimiser.run(optimiser.begin(_first(objective)), 1)
     _stamp(law).touch()
     yield

@@ -100,7 +100,7 @@ def main() -> None:
     progress = optimiser.begin(chi)
     objective.seconds = 0.0
     work = objective.equilibrium.work
-    before = (work.newton, work.krylov, work.factorisations, work.products, progress.evaluations)
+    before = (work.newton, work.krylov, work.factorisations, progress.evaluations)
     solver = objective.equilibrium.statistics
     factorising = solver.factorisation_seconds
     profile = cProfile.Profile()
@@ -110,14 +110,14 @@ def main() -> None:
     profile.disable()
     total = perf_counter() - began
     updates = len(outcome.progress.history) - 1
-    evaluations = progress.evaluations - before[4]
+    evaluations = progress.evaluations - before[3]
     shared = solver.factorisation_seconds - factorising
     warm = (objective.seconds + shared) / evaluations
-    counts = (work.newton, work.krylov, work.factorisations, work.products)
+    counts = (work.newton, work.krylov, work.factorisations)
     per = [(now - then) / evaluations for now, then in zip(counts, before, strict=False)]
     rows.append((f"(c) warm evaluation, mean of {evaluations} in {updates} updates", f"{warm:.2f} s"))
     rows.append(("    of it factorisation", f"{shared / evaluations:.2f} s"))
-    names = ("Newton steps", "Krylov iterations", "factorisations", "Hessian products")
+    names = ("Newton steps", "Krylov iterations", "factorisations")
     rows.append(
         ("    per evaluation", ", ".join(f"{value:.1f} {name}" for name, value in zip(names, per, strict=True)))
     )
@@ -125,7 +125,7 @@ def main() -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     for part, seconds in _shares(profile).items():
         rows.append((f"    share of {part}", f"{100 * seconds / total:.1f} %"))
-    for name, function in (("the inner problem", InnerProblem.solve), ("Hessian products of the model", Model.product)):
+    for name, function in (("the inner problem", InnerProblem.solve), ("gradients of the model", Model.gradient)):
         rows.append((f"    share within {name}", f"{100 * _within(profile, function) / total:.1f} %"))
     for name, state in (("initial", first.state), ("last", progress.evaluation.state)):
         rows += _factorisations(objective.equilibrium, state, name, warm, options)
@@ -139,7 +139,7 @@ def main() -> None:
 
 def _report(progress: Progress) -> None:
     record = progress.history[-1]
-    names = ("update", "evaluations", "C", "C0", "C_p", "C_psi", "dt", "stationarity", "krylov", "products", "seconds")
+    names = ("update", "evaluations", "C", "C0", "C_p", "C_psi", "dt", "stationarity", "krylov", "inner", "seconds")
     logger.info(" ".join(f"{name}={record[name]:.5g}" for name in names))
 
 

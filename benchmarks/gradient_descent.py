@@ -1,4 +1,4 @@
-"""The optimiser without Hessian products: what gradients alone find, with all else as in the program.
+"""The optimiser without its model: what gradients of the objective alone find, with all else as in the program.
 
 An update minimises, as in :mod:`actuator.optimiser`, a quadratic of the physics plus the exact terms of χ plus the step
 term C_t. Here the quadratic's linear part is the gradient, and its curvature B is either the multiple of the norm that
@@ -20,7 +20,7 @@ from actuator.solve.reduced import Evaluation, ReducedObjective
 from actuator.terms.step import Metric
 
 FIRST_STEP = 100.0
-#: Largest change of χ in one update: the most that the program's inner problem allows in one Newton step.
+#: Largest change of χ in one update: the most that the program's inner problem allows in one step.
 REACH = CONTROLS.reach_range[1]
 
 

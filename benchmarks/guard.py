@@ -86,7 +86,6 @@ def ratios() -> Iterator[Figure]:
     calls = {
         "factorisation": lambda: single.factorise(matrix),
         "unsymmetric": lambda: unsymmetric.factorise(coupled.data),
-        "product of the model": lambda: model.product(start, d),
         "gradient of the model": differentiate,
         "value of the model": lambda: model(start.delta, start.dx),
         "terms of the design": lambda: objective.design(at.chi),

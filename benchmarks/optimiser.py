@@ -63,10 +63,13 @@ class Search(Protocol):
 class Program:
     """The program's optimiser, update by update."""
 
-    def __init__(self, objective: ReducedObjective, chi: Floats, settings: Settings, max_products: int) -> None:
+    def __init__(self, objective: ReducedObjective, chi: Floats, settings: Settings, max_inner_steps: int) -> None:
         optimizer = settings.optimizer
         self._optimiser = Optimiser(
-            objective, first_step=optimizer.first_step, tolerance=optimizer.stationarity, max_products=max_products
+            objective,
+            first_step=optimizer.first_step,
+            tolerance=optimizer.stationarity,
+            max_inner_steps=max_inner_steps,
         )
         self._progress = self._optimiser.begin(chi)
         self.finished = False
@@ -89,12 +92,12 @@ class Program:
 class Continuation:
     """The program's optimiser on a coarse mesh for a number of updates, then from there on the mesh of the case."""
 
-    def __init__(self, objective: ReducedObjective, settings: Settings, max_products: int) -> None:
+    def __init__(self, objective: ReducedObjective, settings: Settings, max_inner_steps: int) -> None:
         core, rings, layers = COARSE
         domain = settings.domain.model_copy(update={"core_cells": core, "rings": rings, "layers": layers})
         self._coarse = case(settings, domain)
-        self._settings, self._fine, self._max_products = settings, objective, max_products
-        self._search: Search = Program(self._coarse, start(self._coarse.domain, settings), settings, max_products)
+        self._settings, self._fine, self._max_inner_steps = settings, objective, max_inner_steps
+        self._search: Search = Program(self._coarse, start(self._coarse.domain, settings), settings, max_inner_steps)
         self._evaluations, self._updates, self.on_coarse = 0, 0, True
 
     @property
@@ -117,7 +120,7 @@ class Continuation:
         if self.on_coarse and (self._updates == COARSE_UPDATES or self._search.finished):
             self._evaluations = self._search.evaluations
             chi = prolonged(self._coarse.domain, self._search.at.chi, self._fine.domain)
-            self._search = Program(self._fine, chi, self._settings, self._max_products)
+            self._search = Program(self._fine, chi, self._settings, self._max_inner_steps)
             self.on_coarse = False
 
 
@@ -151,20 +154,20 @@ def start(domain: Domain, settings: Settings) -> Floats:
 def variants(settings: Settings) -> dict[str, Callable[[ReducedObjective], Search]]:
     """What is compared: from an objective, with nothing done yet, to a search at its initial design."""
 
-    def program(max_products: int) -> Callable[[ReducedObjective], Search]:
-        return lambda objective: Program(objective, start(objective.domain, settings), settings, max_products)
+    def program(max_inner_steps: int) -> Callable[[ReducedObjective], Search]:
+        return lambda objective: Program(objective, start(objective.domain, settings), settings, max_inner_steps)
 
     def gradients(learns: bool) -> Callable[[ReducedObjective], Search]:
         return lambda objective: GradientDescent(objective, start(objective.domain, settings), learns=learns)
 
-    usual = settings.optimizer.max_products
+    usual = settings.optimizer.max_inner_steps
     return {
-        f"default: at most {usual} products": program(usual),
-        "at most 12 products": program(12),
-        "at most 120 products": program(120),
+        f"default: at most {usual} inner steps": program(usual),
+        "at most 12 inner steps": program(12),
+        "at most 120 inner steps": program(120),
         "mesh continuation": lambda objective: Continuation(objective, settings, usual),
-        "quasi-Newton, no products": gradients(True),
-        "first order, no products": gradients(False),
+        "quasi-Newton, no model": gradients(True),
+        "first order, no model": gradients(False),
     }
 
 

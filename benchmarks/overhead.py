@@ -3,7 +3,7 @@
     python -m benchmarks.overhead       # about two minutes
 
 A profile cannot tell: it books NumPy's vector operations on the Python function that they stand in. Here an
-assembly, the state from a warm start with its adjoint, and one product, gradient and value of the optimiser's model
+assembly, the state from a warm start with its adjoint, and one gradient and value of the optimiser's model
 are timed on the smallest mesh and on the paper's, in one run; the former bounds what Python adds to the latter.
 Medians of several. Writes a table to ``benchmarks/results``.
 """
@@ -64,7 +64,6 @@ def measure(mesh: tuple[int, int, int], threads: int) -> dict[str, float]:
         start.gradient = None  # a point keeps its gradient
         model.gradient(start)
 
-    seconds["product of the model"] = _median(lambda: model.product(start, direction))
     seconds["gradient of the model"] = _median(differentiate)
     seconds["value of the model"] = _median(lambda: model(start.delta, start.dx))
     return seconds

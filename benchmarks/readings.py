@@ -106,7 +106,7 @@ def found(reading: Reading, settings: Settings, budget: float, most: int = 1000)
         objective,
         first_step=min(reading.first_step or optimizer.first_step, reading.longest_step),
         tolerance=optimizer.stationarity,
-        max_products=optimizer.max_products,
+        max_inner_steps=optimizer.max_inner_steps,
     )
     progress = search.begin(chi)
     initial = progress.evaluation.measures["energy_ratio"]
@@ -128,7 +128,7 @@ def found(reading: Reading, settings: Settings, budget: float, most: int = 1000)
         "the same, initial design": initial,
         "stationarity": last["stationarity"],
         "updates": int(last["update"]),
-        "products": int(last["products"]),
+        "inner steps": int(last["inner"]),
         "CPU s": round(process_time() - began, 1),
     }
 

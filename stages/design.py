@@ -32,7 +32,7 @@ HISTORY = {
     **dict.fromkeys(("update", "evaluations", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi"), "1"),
     **{"T1": "mm", "T3": "mm", "theta2": "rad"},
     **dict.fromkeys(("dt", "stationarity", "energy_ratio", "steepest"), "1"),
-    **dict.fromkeys(("newton", "krylov", "products", "factorisations", "inner"), "1"),
+    **dict.fromkeys(("newton", "krylov", "factorisations", "inner"), "1"),
     **dict.fromkeys(("seconds_state", "seconds_adjoint", "seconds_inner", "seconds"), "s"),
 }
 
@@ -188,7 +188,6 @@ def _work(design: Mapping[str, Any]) -> list[str]:
     work, seconds = design["work"], design["seconds_per_part"]
     return [
         f"{design['updates']} updates, {design['evaluations']} evaluations, {work['factorisations']} factorisations",
-        f"{work['newton']} Newton, {work['krylov']} Krylov iterations, {work['inner']} inner steps, "
-        f"{work['products']} Hessian products",
+        f"{work['newton']} Newton, {work['krylov']} Krylov iterations, {work['inner']} inner steps",
         "seconds: " + ", ".join(f"{part} {time:.1f}" for part, time in seconds.items()),
     ]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
-VERSION = 13
+VERSION = 14
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -56,7 +56,7 @@ class OptimizerSettings(Section):
     )
     state_tolerance: float = Field(1.0e-8, gt=0, lt=1, description="relative residual of the state [-]")
     adjoint_tolerance: float = Field(1.0e-11, gt=0, lt=1, description="relative residual of the adjoint [-]")
-    max_products: int = Field(60, ge=1, description="most Hessian products of the model per design update [-]")
+    max_inner_steps: int = Field(60, ge=1, description="most steps of the inner problem per design update [-]")
     first_step: float = Field(100.0, gt=0, description="first pseudo-time step Δt [-]")
     keep_updates: int = Field(
         1, ge=0, description="keep the fields of every n-th design update for ParaView; 0 keeps the last only [-]"
@@ -120,7 +120,7 @@ def run(
         first_step=optimizer.first_step,
         tolerance=optimizer.stationarity,
         least_gain=optimizer.least_gain,
-        max_products=optimizer.max_products,
+        max_inner_steps=optimizer.max_inner_steps,
     )
 
     def report(progress: Progress) -> None:

@@ -18,23 +18,22 @@ class Controls:
         sufficient_decrease: least agreement for a step to be taken (Nocedal & Wright 2006, ch. 4.1).
         poor_agreement, good_agreement: agreement below and above which trust falls and grows (the same). The first is
             also how far C_A and C_i may lie above their quadratic, over the linear decrease.
-        backtracking: factor per trial of every search back along a step, and on what a refused point may promise.
-        trust_factor: on Δt and damping where trust grows or falls; damping falls by its square.
+        backtracking: factor per trial of every search back along a step, on what a refused point may promise, and on
+            Δt and reach where trust falls.
+        trust_factor: on Δt where trust grows.
         least_time_step: share of the first Δt at which the optimisation gives up; its inverse bounds Δt from above.
         settled_updates: design updates over which ``optimizer.least_gain`` is measured.
-        window: products, or Newton steps, whose gain together decides whether a search goes on.
-        negligible_gain: share of the gain that is not worth going on for: of the last products of a Newton step, of one
-            whose whole proposal was taken, or of the last Newton steps.
-        worthless_gain: share below which a single Newton step, or one more product of it, is worth nothing.
-        max_products_per_step: most Hessian products of one Newton step. If more than half are made, damping grows:
-            with less of it the quadratic is worse conditioned than products can resolve.
+        window: steps of the inner problem whose gain together decides whether it goes on.
+        negligible_gain: share of the gain that is not worth going on for: of these steps; also the share by which
+            displacements that drift may move the model.
+        worthless_gain: share below which what a single step promises is worth nothing.
         shortest: least length of a search back along a step.
         force_drift: share of the residual forces that a correction may leave before the prediction is spent.
-        first_damping: damping of the first Newton step of all, and the most that an inner problem begins with.
-        damping_range: least damping, and where the inner problem gives up.
-        reach_range: least reach that an inner problem begins with, and the largest there is, in χ.
+        stiffness_factor: on the curvature where none has been seen, where trust falls; its inverse where trust grows.
+        stiffness_range: least product of these factors, and where the inner problem gives up.
+        reach_range: least reach that an inner problem begins with, because its model is new, and the largest, in χ.
         first_curvature: of the physics before anything is known, per unit step in the norm of C_t over the volume.
-        curvature_memory: pairs of direction and product that are kept.
+        curvature_memory: pairs of direction and change of the gradient that are kept.
         curvature_damping: least share of sᵀBs in sᵀy (Powell 1978, doi:10.1007/BFb0067703).
         curvature_probes: random probes of the leak's curvature; their error, a quarter, matters little in an estimate.
         max_interior_steps: most steps of the interior point method, after which the best design so far serves.
@@ -61,13 +60,12 @@ class Controls:
     window: int = 3
     negligible_gain: float = 0.1
     worthless_gain: float = 1e-3
-    max_products_per_step: int = 30
     shortest: float = 1e-3
-    force_drift: float = 0.3
-    first_damping: float = 1.0
-    damping_range: tuple[float, float] = (1e-6, 1e6)
+    force_drift: float = 0.7
+    stiffness_factor: float = 2.0
+    stiffness_range: tuple[float, float] = (1e-3, 1e6)
     reach_range: tuple[float, float] = (0.1, 2.0)
-    first_curvature: float = 1e-2
+    first_curvature: float = 1e-3
     curvature_memory: int = 20
     curvature_damping: float = 0.2
     curvature_probes: int = 32
@@ -94,20 +92,20 @@ class Controls:
             ("sufficient_decrease", "poor_agreement"),
             ("poor_agreement", "good_agreement"),
             ("worthless_gain", "negligible_gain"),
-            ("window", "max_products_per_step"),
         )
         for low, high in rising:
             if not getattr(self, low) < getattr(self, high):
                 raise ValueError(f"{low} must be below {high}")
-        for name in ("damping_range", "reach_range"):
+        for name in ("stiffness_range", "reach_range"):
             if not getattr(self, name)[0] < getattr(self, name)[1]:
                 raise ValueError(f"{name} must rise")
         shares = ("good_agreement", "backtracking", "shortest", "negligible_gain", "force_drift", "subproblem_gain")
         for name in (*shares, "boundary_share", "alike", "unclear", "curvature_damping"):
             if not getattr(self, name) < 1.0:
                 raise ValueError(f"{name} must be below 1")
-        if not self.trust_factor > 1.0:
-            raise ValueError("trust_factor must be above 1")
+        for name in ("trust_factor", "stiffness_factor"):
+            if not getattr(self, name) > 1.0:
+                raise ValueError(f"{name} must be above 1")
 
 
 CONTROLS = Controls()

@@ -1,9 +1,10 @@
-"""The curvature of the physics as Hessian products have shown it.
+"""The curvature of the physics as gradients have shown it.
 
-    B = σ N + diag(d) + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
+    B = f (σ N + diag(d)) + Σ y yᵀ / (sᵀ y) − Σ b bᵀ / (sᵀ b),   b = B_before s,
 
 the limited-memory BFGS update (Nocedal & Wright 2006, ch. 7.2) of a multiple of a design norm's matrix N plus an
-estimate d of the curvature at each vertex. Without d, every subproblem runs into one more of the hundreds of directions
+estimate d of the curvature at each vertex. The factor f is trust: the worse quadratics hold, the stiffer the directions
+that nothing is known of. Without d, every subproblem runs into one more of the hundreds of directions
 in which the leak and the strain limit are stiff. B is kept as a sparse matrix plus low rank with signs, so that it can
 be added to another sparse matrix and inverted by Woodbury's formula.
 """
@@ -26,13 +27,14 @@ class Curvature:
         controls: the numbers that steer it.
 
     Attributes:
-        diagonal: d, (n_vertices,).
+        scale: f σ.
+        diagonal: f d, (n_vertices,).
         columns: (n_vertices, r) of the low-rank part.
         signs: ±1 for each of them, (r,).
     """
 
     def __init__(self, base: Metric, scale: float, controls: Controls = CONTROLS) -> None:
-        self._base, self.scale, self._damping = base, scale, controls.curvature_damping
+        self._base, self._first, self.scale, self._damping = base, scale, scale, controls.curvature_damping
         # The oldest pairs go first, several at a time, because B is then built up anew.
         self._memory, self._most = controls.curvature_memory, controls.curvature_memory * 4 // 3
         self.diagonal: Floats = np.zeros(base.size)
@@ -45,7 +47,7 @@ class Curvature:
 
     @property
     def pairs(self) -> Floats:
-        """All that has been learnt and kept: directions and products, (2, k, n_vertices)."""
+        """All that is kept: directions and the changes of the gradient along them, (2, k, n_vertices)."""
         return np.array(self._pairs).reshape(-1, 2, self._base.size).transpose(1, 0, 2)
 
     def restore(self, pairs: Floats) -> None:
@@ -53,9 +55,9 @@ class Curvature:
         self._pairs = [(s, y) for s, y in zip(*pairs, strict=True)]
         self._rebuild()
 
-    def rebase(self, diagonal: Floats) -> None:
-        """Take up another d, (n_vertices,), not negative; the pairs stay."""
-        self.diagonal = diagonal
+    def rebase(self, diagonal: Floats, factor: float = 1.0) -> None:
+        """Take up another d, (n_vertices,), not negative, and another f; the pairs stay."""
+        self.scale, self.diagonal = factor * self._first, factor * diagonal
         self._rebuild()
 
     @property
@@ -68,7 +70,7 @@ class Curvature:
         return self.scale * (self._base @ v) + self.diagonal * v + columns @ (self.signs * (columns.T @ v))
 
     def learn(self, s: Floats, y: Floats) -> None:
-        """Take up a direction s and its Hessian product y."""
+        """Take up a direction s and the change y of the gradient along it."""
         self._pairs.append((s, y))
         if len(self._pairs) > self._most:
             self._pairs = self._pairs[-self._memory :]

@@ -24,7 +24,7 @@ from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.terms.step import Metric
 
 #: Counts of work that the history holds, and the parts that seconds are booked on.
-COUNTS = ("newton", "krylov", "products", "factorisations")
+COUNTS = ("newton", "krylov", "factorisations")
 PARTS = ("state", "adjoint", "inner")
 
 Record = dict[str, float]
@@ -37,11 +37,11 @@ class Progress:
     Attributes:
         evaluation, gradient: of the last accepted design.
         dt: Δt of the next update.
-        curvature: from the Hessian products so far.
+        curvature: from the gradients so far.
         trust: how far the next inner problem trusts quadratics.
         history: one record per accepted design, the initial one first.
         evaluations: designs whose state was solved for, accepted or not.
-        inner: Newton steps of all inner problems.
+        inner: steps of all inner problems.
         seconds: computing time of each of :data:`PARTS`.
     """
 
@@ -80,7 +80,7 @@ class Optimiser:
         tolerance: stationarity at which the optimisation is converged.
         least_gain: share of C that the last few updates (:attr:`Controls.settled_updates`) must have gained together
             for it to go on.
-        max_products: most Hessian products of the model per inner problem.
+        max_inner_steps: most steps of an inner problem.
         controls: all other numbers that steer it.
     """
 
@@ -91,11 +91,11 @@ class Optimiser:
         first_step: float = 100.0,
         tolerance: float = 1e-3,
         least_gain: float = 0.0,
-        max_products: int = 60,
+        max_inner_steps: int = 60,
         controls: Controls = CONTROLS,
     ) -> None:
         self.objective, self.controls = objective, controls
-        self.first_step, self.max_products = first_step, max_products
+        self.first_step, self.max_inner_steps = first_step, max_inner_steps
         self.tolerance, self.least_gain = tolerance, least_gain
         self.metric = Metric(
             objective.discretisation,
@@ -140,7 +140,7 @@ class Optimiser:
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
             "curvature": progress.curvature.pairs,
-            "scalars": np.array([progress.dt, progress.trust.damping, progress.trust.reach]),
+            "scalars": np.array([progress.dt, progress.trust.stiffness, progress.trust.reach]),
             **{f"factors.{key}": value for key, value in self.objective.equilibrium.factors.items()},
             **columns,
         }
@@ -150,7 +150,7 @@ class Optimiser:
         evaluation = self.objective.evaluate(np.array(arrays["chi"]), (np.array(arrays["x"]), np.array(arrays["p"])))
         adjoint = np.array(arrays["adjoint_x"]), np.array(arrays["adjoint_p"])
         gradient = Gradient(np.array(arrays["gradient"]), adjoint)
-        dt, damping, reach = (float(v) for v in arrays["scalars"])
+        dt, stiffness, reach = (float(v) for v in arrays["scalars"])
         curvature = self._inner.blank()
         curvature.restore(np.array(arrays["curvature"]))
         columns, factors = (
@@ -169,7 +169,7 @@ class Optimiser:
             gradient,
             dt,
             curvature,
-            Trust(damping, reach),
+            Trust(stiffness, reach),
             history,
             int(last["evaluations"]),
             int(last["inner"]),
@@ -218,7 +218,7 @@ class Optimiser:
         model = Model(self.objective, progress.evaluation, progress.gradient, fresh=len(progress.history) == 1)
         clock.lap("state")
         while progress.dt > controls.least_time_step * self.first_step:
-            step = self._inner.solve(model, progress.dt, self.max_products, progress.curvature, progress.trust)
+            step = self._inner.solve(model, progress.dt, self.max_inner_steps, progress.curvature, progress.trust)
             clock.lap("inner")
             taken, point = None, step.trail[-1] if step.trail else None
             while point is not None:
@@ -242,7 +242,7 @@ class Optimiser:
                 factor = min(factor, 1.0)
             # Far beyond the first Δt the step term weighs nothing: what grows on would only have to be shrunk again.
             progress.dt = min(factor * progress.dt, self.first_step / controls.least_time_step)
-            progress.inner += step.newton
+            progress.inner += step.subproblems
             for part, seconds in clock.parts.items():
                 progress.seconds[part] += seconds
             progress.history.append(self._record(progress, used))

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from actuator.arrays import Floats
 from actuator.optimiser.controls import CONTROLS
@@ -38,7 +37,6 @@ class ModelPoint:
         design: the terms that depend on χ alone.
         gradient: dm/dδ, (n_vertices,); from :meth:`Model.gradient`.
         flow_adjoint: multiplier of R_p, (n_vertices,); from :meth:`Model.gradient`.
-        flow_blocks: derivatives of R_p with respect to x and χ; from :meth:`Model.gradient`.
     """
 
     delta: Floats
@@ -52,7 +50,6 @@ class ModelPoint:
     design: DesignTerms
     gradient: Floats | None = None
     flow_adjoint: Floats | None = None
-    flow_blocks: tuple[sp.csr_array, sp.csr_array] | None = None
 
 
 class Model:
@@ -108,32 +105,10 @@ class Model:
         equilibrium = self._objective.equilibrium
         g_chi, g_x, g_p = self._objective.derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
         at.flow_adjoint = equilibrium.flow(at.chi, at.x).solve(-g_p)
-        at.flow_blocks = px, pc = equilibrium.tangent.flow_blocks(equilibrium.coefficients, at.chi, at.x, at.p)
+        px, pc = equilibrium.tangent.flow_blocks(equilibrium.coefficients, at.chi, at.x, at.p)
         of_state = self.sensitivity.transposed(g_x + px.T @ at.flow_adjoint)
         at.gradient = at.design.gradient + g_chi + pc.T @ at.flow_adjoint + of_state
         return at.gradient
-
-    def product(self, at: ModelPoint, direction: Floats) -> tuple[Floats, Floats]:
-        """Hessian of the model, without the χ-only terms, times a direction; and S times it.
-
-        Args:
-            at: a point whose gradient has been evaluated.
-            direction: (n_vertices,).
-        """
-        assert at.flow_adjoint is not None
-        assert at.flow_blocks is not None
-        equilibrium, (px, pc) = self._objective.equilibrium, at.flow_blocks
-        flow = equilibrium.flow(at.chi, at.x)
-        dx = self.sensitivity @ direction
-        step = TINY / max(float(np.abs(direction).max()), 1e-300)
-        dp = flow.solve(-(px @ dx + pc @ direction), check=False)
-        chi, x, p = at.chi + 1j * step * direction, at.x + 1j * step * dx, at.p + 1j * step * dp
-        tip = equilibrium.tip_forces(chi, x, p)
-        second = self._objective.derivatives(chi, x, p, self._adjoint, at.flow_adjoint, tip)
-        h_chi, h_x, h_p = (g.imag / step for g in second)
-        response = flow.solve(-h_p, check=False)
-        equilibrium.work.products += 1
-        return h_chi + pc.T @ response + self.sensitivity.transposed(h_x + px.T @ response), dx
 
     def diagonal(self, at: ModelPoint, probes: int = CONTROLS.curvature_probes) -> Floats:
         """Estimate of the Hessian's diagonal without the χ-only terms, (n_vertices,); never negative.

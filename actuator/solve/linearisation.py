@@ -44,7 +44,6 @@ class Work:
     darcy_factorisations: int = 0
     states: int = 0
     adjoints: int = 0
-    products: int = 0
 
 
 class Outdated(RuntimeError):

@@ -176,7 +176,6 @@ def work(summary: Summary) -> list[Entry]:
         "factorisations": "factorisations",
         "newton": "Newton steps",
         "krylov": "Krylov iterations",
-        "products": "Hessian products",
         "inner": "steps of the inner problem",
     }
     counts = {"design updates": summary["updates"], "evaluations": summary["evaluations"]}

@@ -43,7 +43,7 @@ def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro, mo
     monkeypatch.setattr("pipeline.runs.films.MOST", 2)  # frames of a film
     (tmp_path / "outputs").mkdir()
     # As many updates as the command that asks for a number of them: fewer than are stored would be refused. Cheap ones.
-    tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_products: 2")
+    tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_inner_steps: 2")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
     short = "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
     # Walls this thick hold air, so that the part can be inflated.

@@ -151,7 +151,7 @@ def updated_once(case: ProblemSettings) -> optimize.Result:
     """The case on a coarser mesh after one cheap design update, by the stage itself."""
     mesh = {"core_cells": 3, "layers": 4}
     problem = case.model_copy(update={"domain": case.domain.model_copy(update=mesh)})
-    steps = optimize.OptimizerSettings(max_updates=1, max_products=6)
+    steps = optimize.OptimizerSettings(max_updates=1, max_inner_steps=6)
     return optimize.run(optimize.Settings(**problem.model_dump(), optimizer=steps), compute=optimize.Compute(threads=1))
 
 

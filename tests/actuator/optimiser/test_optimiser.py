@@ -105,7 +105,7 @@ def test_progress_is_that_of_the_last_design(run: Run) -> None:
 
 def test_counts_only_grow(run: Run) -> None:
     np.testing.assert_array_equal(run.column("update"), np.arange(UPDATES + 1))
-    for key in ("evaluations", "krylov", "products", "seconds"):
+    for key in ("evaluations", "krylov", "inner", "seconds"):
         assert (np.diff(run.column(key)) > 0.0).all(), key
     # A state that was predicted well enough needs no Newton step, and old factors may serve.
     for key in ("newton", "factorisations"):
@@ -138,7 +138,7 @@ def test_interrupted_run_goes_on_as_if_nothing_had_happened(made: int, run: Run,
     np.testing.assert_array_equal(resumed.evaluation.chi, run.designs[-1])
     assert resumed.dt == run.progress.dt
     assert resumed.evaluations == run.progress.evaluations
-    for key in ("products", "krylov"):
+    for key in ("inner", "krylov"):
         np.testing.assert_array_equal([r[key] for r in resumed.history], run.column(key), key)
     for key in ("factorisations", "seconds"):
         assert (np.diff([r[key] for r in resumed.history]) >= 0.0).all(), key
@@ -249,9 +249,7 @@ def test_model_is_that_of_the_last_design_again_after_a_refusal(monkeypatch: pyt
         return replace(progress.evaluation, chi=chi) if len(answers) == 1 else found
 
     def observed(model: Model, *arguments: Any) -> InnerStep:
-        at = model.start()
-        model.gradient(at)
-        answers.append(model.product(at, direction)[1])
+        answers.append(model.sensitivity @ direction)
         return solve(model, *arguments)
 
     monkeypatch.setattr(loop.objective, "evaluate", refused_once)

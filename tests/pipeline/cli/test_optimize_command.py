@@ -90,7 +90,7 @@ def test_fewer_updates_do_not_replace_a_longer_run(folder: Path, poro: Poro) -> 
 @pytest.mark.parametrize("limit", [0.11, 0.02])
 def test_initial_design_beyond_the_strain_limit_gets_through(folder: Path, poro: Poro, limit: float) -> None:
     """C_Ψ outweighs all else there by far, up to the last digits of the adjoint."""
-    text = TINY.replace("max_updates: 1", "max_updates: 4\n  max_products: 10")
+    text = TINY.replace("max_updates: 1", "max_updates: 4\n  max_inner_steps: 10")
     text = text.replace("strain_energy_shift: 4/L_i", f"strain_limit: {limit}\n  strain_energy_shift: 4.0")
     (folder / "beyond.yaml").write_text(text)
     ended = poro("optimize", "beyond.yaml", "--output", "beyond", "--threads", 1)
