@@ -66,7 +66,7 @@ class Controls:
     stiffness_range: tuple[float, float] = (1e-3, 1e6)
     reach_range: tuple[float, float] = (0.1, 2.0)
     first_curvature: float = 1e-3
-    curvature_memory: int = 20
+    curvature_memory: int = 60
     curvature_damping: float = 0.2
     curvature_probes: int = 32
     max_interior_steps: int = 20
