@@ -46,13 +46,13 @@ class InnerStep:
     Attributes:
         start: the model at δ = 0.
         trail: the model after each step, the solution last; empty if no step was found.
-        subproblems: how many it took.
+        steps: subproblems that it took.
         trust: to begin the next inner problem with.
     """
 
     start: ModelPoint
     trail: tuple[ModelPoint, ...]
-    subproblems: int
+    steps: int
     trust: Trust
 
     @property
@@ -96,7 +96,7 @@ class InnerProblem:
         self,
         model: Model,
         dt: float,
-        max_subproblems: int,
+        max_steps: int,
         curvature: Curvature | None = None,
         trust: Trust | None = None,
     ) -> InnerStep:
@@ -104,7 +104,7 @@ class InnerProblem:
 
         Args:
             dt: Δt.
-            max_subproblems: after which the best step so far is returned.
+            max_steps: after which the best step so far is returned.
             curvature: seen earlier; what this inner problem sees is added to it.
             trust: for the first step.
         """
@@ -116,10 +116,10 @@ class InnerProblem:
         diagonal = model.diagonal(now, controls.curvature_probes)
         curvature.rebase(diagonal, trust.stiffness)
         trail: list[ModelPoint] = []
-        gains, subproblems, met = [0.0], 0, None
+        gains, steps, met = [0.0], 0, None
         quadratic = self._metric.upper / dt**2
-        while subproblems < max_subproblems and trust.stiffness < controls.stiffness_range[1]:
-            subproblems += 1
+        while steps < max_steps and trust.stiffness < controls.stiffness_range[1]:
+            steps += 1
             physics = gradient - now.design.gradient
             linear = physics + self._metric @ now.delta / dt**2
             proposal = self._subproblem.solve(now.chi, now.design.value, linear, curvature, quadratic, trust.reach, met)
@@ -140,7 +140,7 @@ class InnerProblem:
             spent = landing.drifted or landing.point is None
             if (spent and trail) or lately < controls.negligible_gain * gains[-1]:
                 break
-        return InnerStep(start, tuple(trail), subproblems, trust)
+        return InnerStep(start, tuple(trail), steps, trust)
 
     def _value(self, at: ModelPoint, dt: float) -> float:
         return at.value + 0.5 * float(at.delta @ (self._metric @ at.delta)) / dt**2

@@ -242,7 +242,7 @@ class Optimiser:
                 factor = min(factor, 1.0)
             # Far beyond the first Δt the step term weighs nothing: what grows on would only have to be shrunk again.
             progress.dt = min(factor * progress.dt, self.first_step / controls.least_time_step)
-            progress.inner += step.subproblems
+            progress.inner += step.steps
             for part, seconds in clock.parts.items():
                 progress.seconds[part] += seconds
             progress.history.append(self._record(progress, used))

@@ -131,18 +131,6 @@ class Equilibrium:
         residual(self.geometry, self.source, self.coefficients, *fields, False, Ru, Rp)
         return scatter_vector(Rp, self.geometry.cells, len(p))
 
-    def tip_forces(self, chi: Floats, x: Floats, p: Floats) -> Floats:
-        """Nodal residual forces (n_nodes, 3) from the cells at the tip alone, which is all that acts on Γ; N."""
-        geometry, kind, tip = self.geometry, np.result_type(chi, x, p), self.domain.tip_cells
-        part = geometry._replace(
-            cells=geometry.cells[tip], node_cells=geometry.node_cells[tip], cell_class=geometry.cell_class[tip]
-        )
-        Ru, Rp = np.empty((len(part.cells), 20, 3), kind), np.empty((len(part.cells), 8), kind)
-        u = self.kinematics.displacement(x).astype(kind, copy=False)
-        fields = chi.astype(kind, copy=False), u, p.astype(kind, copy=False)
-        residual(part, self.source, self.coefficients, *fields, True, Ru, Rp)
-        return scatter_vector(Ru, part.node_cells, len(u))
-
     def at(self, chi: Floats, x: Floats, p: Floats) -> State:
         """The state at any displacements and pressure, with its relative residual."""
         rx, rp, nodal, lowest = self.residual(chi, x, p)

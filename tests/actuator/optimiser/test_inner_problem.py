@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_case import metric_of, small_objective, start_of
@@ -48,19 +50,20 @@ def step_term(metric: Metric, point: ModelPoint, dt: float) -> float:
 
 
 @pytest.mark.parametrize("dt", STEPS)
-def test_solution_is_nearly_stationary(inner: InnerProblem, model: Model, metric: Metric, dt: float) -> None:
+def test_solution_is_nearly_stationary(objective: ReducedObjective, model: Model, metric: Metric, dt: float) -> None:
     """As far as the model holds: where a step is so long that its displacements drift, it ends before."""
     first = metric.dual_norm(model.gradient(model.start()))
-    step = inner.solve(model, dt, PLENTY)
+    patient = replace(CONTROLS, worthless_gain=1e-9, negligible_gain=1e-6, subproblem_gain=1e-3)
+    step = InnerProblem(objective, metric, patient).solve(model, dt, PLENTY)
     left = metric.dual_norm(model.gradient(step.point) + metric @ step.point.delta / dt**2)
-    assert left < 3e-2 * first
+    assert left < 1e-3 * first
 
 
 @pytest.mark.parametrize("dt", [*STEPS, 100.0, 1000.0, 1e4])
 @pytest.mark.parametrize("most", [1, 5, 60])
 def test_step_says_what_it_does(inner: InnerProblem, model: Model, metric: Metric, dt: float, most: int) -> None:
     step = inner.solve(model, dt, most)
-    assert len(step.trail) <= step.subproblems <= most
+    assert len(step.trail) <= step.steps <= most
     assert step.start.value == model.start().value
     values = [step.start.value, *(point.value + step_term(metric, point, dt) for point in step.trail)]
     assert len(values) > 1
@@ -110,13 +113,13 @@ def test_violated_passive_core_is_what_a_step_mends(
 
 
 def test_displacements_of_the_solution_are_corrected(
-    inner: InnerProblem, model: Model, objective: ReducedObjective
+    inner: InnerProblem, mended: Model, objective: ReducedObjective
 ) -> None:
     """They are closer to the true state than the linear prediction."""
-    point = inner.solve(model, 10.0, 30).point
-    predicted = model(point.delta, model.sensitivity @ point.delta)
+    point = inner.solve(mended, 0.3, 30).point
+    predicted = mended(point.delta, mended.sensitivity @ point.delta)
     assert predicted is not None
-    assert np.linalg.norm(point.force) < 0.3 * np.linalg.norm(predicted.force)
+    assert np.linalg.norm(point.force) < 0.1 * np.linalg.norm(predicted.force)
 
 
 def test_no_state_is_solved_for(inner: InnerProblem, objective: ReducedObjective, model: Model) -> None:
