@@ -108,7 +108,7 @@ class Objective:
             factor of C_χ.
         energy_limit: Ψ_lim, N/mm².
         interface_width, diffusivity_length: L_i and L_t, mm.
-        length_unit: what the paper calls 1 mm in Eqs. (14), (15), (B.1), (B.2) and (C.1), whose numbers have units, mm.
+        length_unit: what the paper calls 1 mm in Eqs. (14), (15), (20), (21) and (22), whose numbers have units, mm.
         energy_shift: shift of χ in C_Ψ, Eq. (14), dimensionless.
         terms: parameters of the terms that the paper does not have, by name (:data:`actuator.terms.TERMS`).
     """
@@ -136,19 +136,23 @@ class Objective:
         slope_weight: float,
         strain_energy_weight: float,
         passive_weight: float,
-        strain_energy_shift: float | Literal["4/L_i"] = 0.0,
+        diffusivity_length: float | None = None,
+        strain_energy_shift: float | Literal["4/L_i", "8/L_i"] = 0.0,
         **others: Any,
     ) -> Objective:
         """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed.
 
         Args:
+            diffusivity_length: 5 L_i as in Table 1, if None.
             strain_energy_shift: "4/L_i" is what Eq. (14) prints, with L_i counted in the length unit.
         """
-        volume = length_unit**3
-        shift = 4.0 / (interface_width / length_unit) if strain_energy_shift == "4/L_i" else strain_energy_shift
+        volume, shift = length_unit**3, strain_energy_shift
+        if isinstance(shift, str):
+            shift = float(shift.partition("/")[0]) / (interface_width / length_unit)
         return cls(
             energy_limit=0.5 * youngs_modulus * strain_limit**2,
             interface_width=interface_width,
+            diffusivity_length=5.0 * interface_width if diffusivity_length is None else diffusivity_length,
             length_unit=length_unit,
             slope_weight=slope_weight * volume,
             strain_energy_weight=strain_energy_weight / volume,

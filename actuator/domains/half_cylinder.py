@@ -125,18 +125,18 @@ class HalfCylinder(Domain):
     # ------------------------------------------------------------- functions of the place
 
     def inlet(self, points: Floats) -> Floats:
-        """Profile of Eq. (A.1): 1 within r < 0.15 R, falling to zero at 0.25 R; (...)."""
+        """Profile of Eq. (18): 1 within r < 0.15 R, falling to zero at 0.25 R; (...)."""
         ramp = np.minimum(1.0, np.maximum(0.0, 10.0 * _radii(points) / self.radius - 1.5))
         return np.asarray(1.0 - np.sin(0.5 * np.pi * ramp) ** 2)
 
     def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """The bound on χ in C_χ of Eq. (B.2): 8/L_i min(R - r, |r| smoothed - 0.3 R); (...)."""
+        """The bound on χ in C_χ of Eq. (21): 8/L_i min(R - r, |r| smoothed - 0.3 R); (...)."""
         radii, radius, width = _radii(points) / length_unit, self.radius / length_unit, interface_width / length_unit
         smooth_radius = -smooth_minimum(radii, -radii, width)
         return 8.0 / width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
 
     def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """χ at t = 0, Eq. (C.1): a tube from 0.45 R to 0.95 R, a little thinner for X3 > 0; (...)."""
+        """χ at t = 0, Eq. (22): a tube from 0.45 R to 0.95 R, a little thinner for X3 > 0; (...)."""
         points, radius, width = points / length_unit, self.radius / length_unit, interface_width / length_unit
         r, upper = _radii(points), np.maximum(points[..., 2], 0.0)
         tube = smooth_minimum(0.95 * radius - r, r - 0.45 * radius, width)
@@ -167,5 +167,5 @@ class HalfCylinder(Domain):
 
 
 def _radii(points: Floats) -> Floats:
-    """Distance r to the cylinder's axis, Eq. (A.2), mm; (...)."""
+    """Distance r to the cylinder's axis, Eq. (19), mm; (...)."""
     return np.asarray(np.hypot(points[..., 1], points[..., 2]))

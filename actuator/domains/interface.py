@@ -205,7 +205,7 @@ class Domain(ABC):
 
     @abstractmethod
     def inlet(self, points: Floats) -> Floats:
-        """Profile of the pressure source, Eq. (A.1): 1 where the air comes in, falling to 0; times 100 Q_s it is Q_in.
+        """Profile of the pressure source, Eq. (18): 1 where the air comes in, falling to 0; times 100 Q_s it is Q_in.
 
         Args:
             points: (..., 3), mm.
@@ -216,7 +216,7 @@ class Domain(ABC):
 
     @abstractmethod
     def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """Upper bound of χ in C_χ, Eq. (B.2): below zero where there must be void, to keep the inlet free.
+        """Upper bound of χ in C_χ, Eq. (21): below zero where there must be void, to keep the inlet free.
 
         Args:
             points: (..., 3), mm.
@@ -229,7 +229,7 @@ class Domain(ABC):
 
     @abstractmethod
     def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """χ at t = 0, as in Eq. (C.1): a chamber around the inlet with walls that hold the air.
+        """χ at t = 0, as in Eq. (22): a chamber around the inlet with walls that hold the air.
 
         Args:
             points: (..., 3), mm.

@@ -29,6 +29,7 @@ class Geometry(NamedTuple):
         volume: quadrature weight times det of the map, (n_classes, n_q), mm³.
         hessian: ∫ ∂²N_a/∂X_i∂X_j ∂²N_b/∂X_i∂X_j of the same functions, (n_classes, 20, 20), 1/mm.
         size_squared: h² of each cell, its volume to the power 2/3, (n_classes,), mm².
+        summed, fitted: whether matrices of source and drainage are summed by rows, and k is fitted to the cells.
     """
 
     cells: Ints
@@ -40,6 +41,8 @@ class Geometry(NamedTuple):
     volume: Floats
     hessian: Floats
     size_squared: Floats
+    summed: bool
+    fitted: bool
 
 
 class Discretisation:
@@ -74,10 +77,12 @@ class Discretisation:
             volume,
             _padded(_hessian_products(mesh, element, points, slopes, volume), 1, 2),
             volume.sum(axis=1) ** (2.0 / 3.0),
+            scheme.pressure != "plain",
+            scheme.pressure == "fitted",
         )
 
     def source(self, drainage: float) -> Floats:
-        """Q_in of Eq. (A.1) at the quadrature points, (n_classes, n_q), mm²/(N s), for a drainage Q_s in the same."""
+        """Q_in of Eq. (18) at the quadrature points, (n_classes, n_q), mm²/(N s), for a drainage Q_s in the same."""
         return 100.0 * drainage * self.domain.inlet(self.quadrature_points)
 
     @cached_property

@@ -2,7 +2,7 @@
 
     min over s of  F(s) + Σ_q w_q c/2 ⟨a_q·s − d_q⟩²
 
-for the passive region's bound C_χ at the quadrature points (Eq. B.2: d_q = limit_q − χ_q, c = c_χ), and, c being
+for the passive region's bound C_χ at the quadrature points (Eq. 21: d_q = limit_q − χ_q, c = c_χ), and, c being
 infinite, for the largest change of χ at the vertices.
 
 A wall as steep as C_χ is flat right up to its kink. Newton's method, which sees no wall from where it stands, runs far

@@ -72,7 +72,7 @@ def initial(design: OptimisedDesign) -> Figure:
 def _density(
     axes: Axes, design: OptimisedDesign, plane: tuple[Floats, Floats], places: Floats, inside: Any = True
 ) -> Any:
-    """Density, outline of the solid and source of Eq. (A.1) where it has at least half its strength, in a plane.
+    """Density, outline of the solid and source of Eq. (18) where it has at least half its strength, in a plane.
 
     Args:
         axes: to draw on.

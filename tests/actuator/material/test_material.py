@@ -182,7 +182,7 @@ def test_source_is_zero_outside_a_quarter_of_the_radius() -> None:
 
 
 def log_sum_exp_minimum(a: Floats, b: Floats, width: float) -> Floats:
-    """Eq. (B.1) as printed."""
+    """Eq. (20) as printed."""
     return -4.0 / width * np.log(np.exp(-a * width / 4.0) + np.exp(-b * width / 4.0))
 
 

@@ -53,7 +53,7 @@ def test_unit_of_force_does_not_matter() -> None:
 
 
 def test_unit_of_length_does_not_matter() -> None:
-    """Without C_χ and C_Ψ: the paper multiplies lengths by L_i in Eq. (B.1) and adds 4/L_i to χ in C_Ψ.
+    """Without C_χ and C_Ψ: the paper multiplies lengths by L_i in Eq. (20) and adds 4/L_i to χ in C_Ψ.
 
     c_i multiplies the integral of a gradient to the sixth, so that it is not a number in itself.
     """

@@ -125,7 +125,7 @@ def test_slope_of_a_linear_field(reduced: ReducedObjective, factor: float) -> No
 
 
 def printed_limit(r: Floats) -> Floats:
-    """The bound inside Eq. (B.2), with min_LSE of Eq. (B.1) as printed."""
+    """The bound inside Eq. (21), with min_LSE of Eq. (20) as printed."""
     smooth = -4.0 / WIDTH * np.log(np.exp(-r * WIDTH / 4.0) + np.exp(r * WIDTH / 4.0))
     return 8.0 / WIDTH * np.minimum(RADIUS - r, -smooth - 0.3 * RADIUS)
 
