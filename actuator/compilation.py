@@ -15,12 +15,13 @@ from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module, metadata
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actuator.arrays import Floats
 from actuator.material.constants import kernel_constants
 from actuator.material.laws import neo_hooke
 from actuator.parameters import Law
+from actuator.solve.state import State
 
 if TYPE_CHECKING:
     from actuator.solve.reduced import ReducedObjective
@@ -103,28 +104,32 @@ def _smallest(law: Law) -> ReducedObjective:
     return ReducedObjective(domain, material, load, limits, adjoint_tolerance=1e-8, threads=1)
 
 
-def _lagrangian(law: Law) -> Iterator[None]:
-    """The dearest kernels by far, for real and complex fields."""
+def _objective(law: Law) -> Iterator[None]:
+    """What gives values and gradients where a state is known."""
     import numpy as np
 
     objective = _smallest(law)
-    equilibrium, n = objective.equilibrium, objective.domain.mesh.nvertices
-    kinds: tuple[Any, ...] = (np.float64, np.complex128)
-    for kind in kinds:
-        vertices, x = np.zeros(n, kind), np.zeros(equilibrium.kinematics.size, kind)
-        objective.derivatives(vertices, x, vertices, x, vertices, np.zeros((len(objective.domain.nodes), 3), kind))
-        yield
+    chi, x = np.zeros(objective.domain.mesh.nvertices), np.zeros(objective.equilibrium.kinematics.size)
+    _, _, nodal, _ = objective.equilibrium.residual(chi, x, chi)
+    yield
+    objective.derivatives(chi, x, chi, x, chi, nodal)
+    yield
+    objective.total.values(objective.design(chi), objective.fields(chi, x, chi))
+    yield
 
 
-def _state(law: Law) -> Iterator[None]:
-    """What a state and its model need."""
+def _tangent(law: Law) -> Iterator[None]:
+    """What finds states and follows them."""
+    import numpy as np
+
     from actuator.solve.sensitivity import Sensitivity
 
     objective = _smallest(law)
+    chi, x = np.zeros(objective.domain.mesh.nvertices), np.zeros(objective.equilibrium.kinematics.size)
+    objective.equilibrium.flow(chi, x)
     yield
-    evaluation = objective.evaluate(_first(objective))
-    yield
-    Sensitivity(objective.equilibrium, evaluation.state)
+    nodal = np.zeros((len(objective.domain.nodes), 3))
+    Sensitivity(objective.equilibrium, State(chi, x, chi, nodal, nodal, residual=0.0, lowest_jacobian=1.0))
     yield
 
 
@@ -145,7 +150,7 @@ def _first(objective: ReducedObjective) -> Floats:
 
 
 #: Shares of the work and how many steps each reports; the last one after all others.
-STEPS = {"_lagrangian": 2, "_state": 3, "_update": 1}
+STEPS = {"_objective": 3, "_tangent": 2, "_update": 1}
 
 
 def _main(module: str = neo_hooke.__name__, share: str | None = None) -> None:

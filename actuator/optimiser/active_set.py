@@ -8,8 +8,6 @@ doi:10.1137/S1052623401383558), which solves the subproblem to the last digits.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from actuator.arrays import Bools, Floats
@@ -24,9 +22,9 @@ def on_bound(
     """From a step s to the solution, with C_χ exact at the points that touch its bound.
 
     Args:
-        s: an interior point; or zero, where another subproblem has told which points do.
+        s: an interior point.
         met: the points that seem to, (n_cells, n_q).
-        best: what the solution has to come up to, and each step nearly; zero if nothing is known.
+        best: what the solution has to come up to, and each step nearly.
 
     Returns:
         None if the set of points does not settle on one.
@@ -44,9 +42,9 @@ def on_bound(
             return None
         bent, there = bent + physics.bent(p), design.smooth(task.chi + s)
         found = task.proposal(s, bent, there.value)
-        if best.change < 0.0 and found.change > (1.0 - controls.negligible_gain) * best.change:
+        if found.change > (1.0 - controls.negligible_gain) * best.change:
             return None
         before, met = met, np.asarray(design.points.at(s) > room)
         if np.array_equal(met, before):
-            return replace(found, met=met) if found.change < min(0.0, best.change + task.rounding) else None
+            return found if found.change < best.change + task.rounding else None
     return None

@@ -3,7 +3,8 @@
 A proximal quasi-Newton method: every step minimises a quadratic of the physics together with the terms that depend on χ
 alone, which stay exact (:mod:`actuator.optimiser.subproblem`). The curvature of the quadratic is what gradients of the
 model at the points so far have shown; where nothing is known yet, trust in it is one factor. After each step the
-displacements are corrected with the factors at hand, which lets the model follow the truth over many steps.
+displacements are corrected with the factors at hand, which lets the model follow the truth over many steps. Only the
+last step pays for a solution on the active constraints where that promises little.
 """
 
 from __future__ import annotations
@@ -116,16 +117,20 @@ class InnerProblem:
         diagonal = model.diagonal(now, controls.curvature_probes)
         curvature.rebase(diagonal, trust.stiffness)
         trail: list[ModelPoint] = []
-        gains, steps, met = [0.0], 0, None
+        gains, steps, exact = [0.0], 0, False
         quadratic = self._metric.upper / dt**2
         while steps < max_steps and trust.stiffness < controls.stiffness_range[1]:
             steps += 1
             physics = gradient - now.design.gradient
             linear = physics + self._metric @ now.delta / dt**2
-            proposal = self._subproblem.solve(now.chi, now.design.value, linear, curvature, quadratic, trust.reach, met)
+            proposal = self._subproblem.solve(
+                now.chi, now.design.value, linear, curvature, quadratic, trust.reach, exact=exact
+            )
             if proposal is None or -proposal.change < controls.worthless_gain * gains[-1]:
-                break
-            met = proposal.met
+                if exact or proposal is None:
+                    break
+                exact = True
+                continue
             landing = self._land(model, now, proposal, dt)
             before, trust = trust, _adapted(trust, landing, float(np.abs(proposal.step).max()), controls)
             if landing.point is not None:
@@ -138,8 +143,9 @@ class InnerProblem:
                 curvature.rebase(diagonal, trust.stiffness)
             lately = gains[-1] - gains[-1 - controls.window] if len(gains) > controls.window else np.inf
             spent = landing.drifted or landing.point is None
-            if (spent and trail) or lately < controls.negligible_gain * gains[-1]:
+            if exact or (spent and trail):
                 break
+            exact = lately < controls.negligible_gain * gains[-1]
         return InnerStep(start, tuple(trail), steps, trust)
 
     def _value(self, at: ModelPoint, dt: float) -> float:

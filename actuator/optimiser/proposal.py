@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from actuator.arrays import Bools, Floats
+from actuator.arrays import Floats
 from actuator.optimiser.quadratic import Quadratic
 from actuator.terms.design import DesignObjective
 
@@ -19,13 +19,11 @@ class Proposal:
         step: s.
         change: what it promises, negative.
         value: the sum of the design terms there.
-        met: the points that touch the bound of C_χ, (n_cells, n_q), if it was solved to the last digits.
     """
 
     step: Floats
     change: float
     value: float
-    met: Bools | None = None
 
 
 @dataclass(frozen=True)

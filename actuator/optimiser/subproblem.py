@@ -11,9 +11,7 @@ method itself. Once the interior point tells which constraints are active, the a
 
 from __future__ import annotations
 
-import numpy as np
-
-from actuator.arrays import Bools, Floats
+from actuator.arrays import Floats
 from actuator.linear import DirectSolver
 from actuator.optimiser.active_set import on_bound
 from actuator.optimiser.controls import CONTROLS, Controls
@@ -50,7 +48,8 @@ class Subproblem:
         curvature: Curvature,
         quadratic: Floats,
         reach: float,
-        met: Bools | None = None,
+        *,
+        exact: bool = True,
     ) -> Proposal | None:
         """Minimise from s = 0.
 
@@ -60,19 +59,14 @@ class Subproblem:
             curvature: B.
             quadratic: data of Q's upper triangle, on the pattern of ``norm``.
             reach: largest change of χ.
-            met: points that touched the bound of C_χ in the subproblem before this one. Near a stationary point they
-                are nearly the same ones, which saves the interior point method.
+            exact: whether to find the solution on the active constraints even where it gains little, which takes
+                several times as long. It promises hardly more, but only there the gradient of C_χ is determined.
 
         Returns:
             None if no step lowers the objective.
         """
         controls, physics = self._controls, Quadratic(linear, curvature, self._design.gather.matrix(quadratic))
         task = Task(self._design, chi, value, physics, reach)
-        if met is not None:
-            still = Proposal(np.zeros_like(chi), 0.0, value)
-            solved = on_bound(task, self._inverse, still.step, met, still, controls)
-            if solved is not None:
-                return solved
         search = InteriorPoint(task, self._inverse, self._norm, controls)
         patience = controls.max_corrections
         for _ in range(controls.max_interior_steps):
@@ -81,13 +75,14 @@ class Subproblem:
             gain = -search.best.change
             if abs(search.drop) >= controls.subproblem_gain * search.length * gain:
                 continue
-            if self._design.bound is None:
+            little = gain <= controls.worthless_gain * abs(value)
+            if self._design.bound is None or (little and not exact):
                 break
             met = search.met()
             solved = None if met is None else on_bound(task, self._inverse, search.s, met, search.best, controls)
             if solved is not None:
                 return solved
             patience -= 1
-            if patience < 0 or gain > controls.worthless_gain * abs(value):
+            if patience < 0 or not little:
                 break
         return search.best if search.best.change < 0.0 else None

@@ -11,8 +11,10 @@ import numpy as np
 from physics import Floats
 
 from actuator.equations.tangent import symmetric_product
-from actuator.optimiser.model import TINY
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+
+#: The complex step subtracts nothing, so that it has no smallest sensible size.
+TINY = 1e-40
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from physics import Floats, coefficients, parameters
 from scipy.optimize import minimize
 from small_case import metric_of, small_objective, start_of
 
-from actuator.arrays import Bools
 from actuator.linear import DirectSolver
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.proposal import Proposal
@@ -32,13 +31,11 @@ class Problem:
     curvature: Curvature
     quadratic: Floats
 
-    def solve(
-        self, reach: float = FAR, met: Bools | None = None, solver: DirectSolver | None = None
-    ) -> Proposal | None:
+    def solve(self, reach: float = FAR, *, exact: bool = True, solver: DirectSolver | None = None) -> Proposal | None:
         solver = solver or self.objective.equilibrium.vertex_solver()
         value = self.objective.design.value(self.chi)
         subproblem = Subproblem(self.objective.design, solver, self.norm)
-        return subproblem.solve(self.chi, value, self.linear, self.curvature, self.quadratic, reach, met)
+        return subproblem.solve(self.chi, value, self.linear, self.curvature, self.quadratic, reach, exact=exact)
 
     def matrix(self) -> Floats:
         """B + Q, dense."""
@@ -171,23 +168,21 @@ def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> No
     assert left < 1e-6 * given.norm.dual_norm(push), "the wall's force must be that of the design's own"
 
 
-@pytest.mark.parametrize("spoilt", [False, True])
-def test_active_set_of_the_subproblem_before_saves_factorisations(spoilt: bool) -> None:
-    """A slightly different subproblem, begun with what the last one touched, or with nonsense: the same solution."""
+def test_little_gain_is_had_without_the_active_set() -> None:
+    """But the gradient of C_χ is left undetermined: only the exact solution is one to a tenth of it."""
     given = pressed(1e-4)
     before = given.solve()
     assert before is not None
-    assert before.met is not None
-    given = replace(given, linear=given.linear * (1.0 + 1e-3 * np.cos(np.arange(len(given.chi)))))
-    cold, warm = given.objective.equilibrium.vertex_solver(), given.objective.equilibrium.vertex_solver()
-    expected, found = given.solve(solver=cold), given.solve(met=before.met ^ spoilt, solver=warm)
+    linear = given.linear + given.matrix() @ before.step + 1e-4 * np.cos(np.arange(len(given.chi)))
+    given = replace(given, chi=given.chi + before.step, linear=linear)
+    full, short = given.objective.equilibrium.vertex_solver(), given.objective.equilibrium.vertex_solver()
+    expected, found = given.solve(solver=full), given.solve(exact=False, solver=short)
     assert expected is not None
     assert found is not None
-    assert found.change == pytest.approx(expected.change, rel=1e-9)
-    # C_A and C_i are followed only as far as the set of points needs to settle, which costs the square of that in gain.
-    assert np.abs(found.step - expected.step).max() < 1e-2 * np.abs(expected.step).max()
-    if not spoilt:
-        assert warm.statistics.factorisations < 0.6 * cold.statistics.factorisations
+    assert expected.change <= found.change < 0.999 * expected.change
+    assert short.statistics.factorisations < full.statistics.factorisations
+    left, undetermined = (given.norm.dual_norm(given.gradient(each.step)) for each in (expected, found))
+    assert left < 0.1 * undetermined
 
 
 def test_no_bound_without_a_weight() -> None:
