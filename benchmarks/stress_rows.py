@@ -205,7 +205,7 @@ def scaled(length: float, stiffness: float) -> ProblemSettings:
         domain__radius=case.domain.size * length,
         domain__length=case.domain.length * length,
         objective__interface_width=case.objective.interface_width * length,
-        objective__diffusivity_length=case.objective.diffusivity_length * length,
+        objective__diffusivity_length=case.parameters()[2].diffusivity_length * length,
         objective__length_unit=length,
         material__youngs_modulus=case.material.youngs_modulus * stiffness,
     )

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
-VERSION = 14
+VERSION = 15
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (
@@ -114,6 +114,7 @@ def run(
         adjoint_tolerance=optimizer.adjoint_tolerance,
         solver=compute.linear_solver,
         threads=compute.threads,
+        scheme=settings.elements.scheme(),
     )
     optimiser = Optimiser(
         objective,

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
+from actuator.equations.scheme import PressureElements, Scheme
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
 from stages.laws import AnyLawSettings, NeoHookeSettings
@@ -66,12 +67,14 @@ class ObjectiveSettings(Section):
     strain_energy_weight: float = Field(1.0e6, ge=0, description="c_Ψ, strain energy density [-]")
     passive_weight: float = Field(1.0e5, ge=0, description="weight of C_χ, passive void core [-]")
     strain_limit: float = Field(0.14, gt=0, description="sqrt(2 Ψ_lim / E), allowable strain [-]")
-    strain_energy_shift: float | Literal["4/L_i"] = Field(
+    strain_energy_shift: float | Literal["4/L_i", "8/L_i"] = Field(
         0.0,
         description="shift of χ in C_Ψ; 0 holds the limit in the material as it is, 4/L_i as Eq. (14) prints it [-]",
     )
     interface_width: float = Field(3.0, gt=0, description="L_i, void-solid interface width [mm]")
-    diffusivity_length: float = Field(15.0, ge=0, description="L_t, design diffusivity length [mm]")
+    diffusivity_length: float | None = Field(
+        None, ge=0, description="L_t, design diffusivity length; left out, 5 L_i [mm]"
+    )
     length_unit: float = Field(
         1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
     )
@@ -106,13 +109,27 @@ def _fault_of_term(name: str, parameters: dict[str, float]) -> str:
     return ""
 
 
+class ElementSettings(Section):
+    """Finite elements."""
+
+    pressure: PressureElements = Field(
+        "fitted",
+        description="of p: plain trilinear ones, with source and drainage summed by rows, or with k fitted as well",
+    )
+
+    def scheme(self) -> Scheme:
+        """How the equations are discretised."""
+        return Scheme(pressure=self.pressure)
+
+
 class ProblemSettings(Section):
-    """Everything that defines the optimisation problem: domain, material, load, objective."""
+    """Everything that defines the optimisation problem: domain, material, load, objective, and its elements."""
 
     domain: AnyDomainSettings = HalfCylinderSettings()
     material: MaterialSettings = MaterialSettings()
     load: LoadSettings = LoadSettings()
     objective: ObjectiveSettings = ObjectiveSettings()
+    elements: ElementSettings = ElementSettings()
 
     def ratios(self, quantities: Mapping[str, float]) -> dict[str, float]:
         """The ratios of :class:`LoadSettings` that quantities are in place of, for this domain and material.

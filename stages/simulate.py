@@ -117,6 +117,7 @@ def _equilibrium(problem: ProblemSettings, settings: Settings, compute: Compute)
         tolerance=settings.state_tolerance,
         solver=compute.linear_solver,
         threads=compute.threads,
+        scheme=problem.elements.scheme(),
     )
 
 

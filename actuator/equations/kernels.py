@@ -1,8 +1,8 @@
 """Compiled element loops: what they share, and the residual.
 
 Symbols are the paper's. With n_a = F⁻ᵀ ∇N_a, the Kirchhoff stress τ = (K ln J - J p) I + G dev S(b̄) does the work
-τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). The matrices of source and drainage are summed by
-rows, k is fitted to that (:func:`actuator.material.ersatz.log_fitted_permeability`);
+τ : (∇δu F⁻¹) of Eq. (6), and w = F⁻ᵀ ∇p carries the flow of Eq. (5). By default the matrices of source and drainage are
+summed by rows, and k is fitted to that (:func:`actuator.material.ersatz.log_fitted_permeability`).
 :mod:`actuator.material.elasticity` has the law.
 """
 
@@ -18,6 +18,7 @@ from actuator.material.ersatz import (
     inverse,
     left_cauchy_green,
     log_fitted_permeability,
+    permeability,
     push,
     stiffness,
 )
@@ -80,6 +81,8 @@ def penalty_forces(c, hessian, nodes, u, out):
 def cell_permeability(geometry, c, chi, e, slope):
     """k of a cell, mm⁴/(N s): the fitted one's geometric mean. Writes its logarithm's derivatives to χ, (8,).
 
+    Where k is not fitted it is left to :func:`actuator.material.ersatz.permeability` at the points, and this returns 0.
+
     k falls by decades within a cell. Its arithmetic mean is that of the most open corner; the geometric mean lies
     between flow along layers of unlike permeability and flow across them.
     """
@@ -87,6 +90,8 @@ def cell_permeability(geometry, c, chi, e, slope):
     volume, mean = 0.0, 0.0 * chi[0]
     for a in range(8):
         slope[a] = mean
+    if not geometry.fitted:
+        return mean
     for q in range(geometry.shape.shape[0]):
         dx = geometry.volume[s, q]
         x = interpolate(chi, vertices, geometry.shape[q])
@@ -152,13 +157,15 @@ def residual(geometry, source, c, chi, u, p, stressed, Ru, Rp):
                         Ru[e, a, i] += P[i, 0] * grad[0] + P[i, 1] * grad[1] + P[i, 2] * grad[2]
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
+            if not geometry.fitted:
+                k = permeability(x, c)[0]
             kJ = k * J * dx
             for i in range(3):
                 flux[i] = kJ * (Finv[i, 0] * w[0] + Finv[i, 1] * w[1] + Finv[i, 2] * w[2])
             out = drainage(x, c)[0]
             for a in range(8):
                 grad = geometry.gradient[s, q, a]
-                at_vertex = p[vertices[a]]
-                sink = dx * (source[s, q] * (at_vertex - c.pressure) + out * at_vertex)
+                drained = p[vertices[a]] if geometry.summed else pressure
+                sink = dx * (source[s, q] * (drained - c.pressure) + out * drained)
                 Rp[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2] + sink * geometry.shape[q, a]
     return lowest.min()

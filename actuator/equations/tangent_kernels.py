@@ -7,7 +7,7 @@ from numba import njit, prange
 
 from actuator.equations.kernels import cell_permeability, deformation_gradient, interpolate, vertex_gradient
 from actuator.material.elasticity import kirchhoff_stress, mechanical_block
-from actuator.material.ersatz import FAST, drainage, inverse, left_cauchy_green, push, stiffness
+from actuator.material.ersatz import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
 
 #: Entries of the packed mechanical block: the 210 node pairs a <= b, each a 3 x 3 block in row-major order.
 PACKED = 210 * 9
@@ -56,6 +56,8 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpp):
             mechanical_block(
                 c, dx, factor, J * pressure, log_J, trace, b, Finv, gradient20, n, m, left, right, geometric, Kuu[e]
             )
+            if not geometry.fitted:
+                k = permeability(x, c)[0]
             kJ = k * J * dx
             sink = dx * (source[s, q] + drainage(x, c)[0])
             for a in range(8):
@@ -64,7 +66,10 @@ def tangent(geometry, source, c, chi, u, p, Kuu, Kup, Kpp):
                 shape = geometry.shape[q, a]
                 for d in range(8):
                     Kpp[e, a, d] += kJ * (v[a, 0] * v[d, 0] + v[a, 1] * v[d, 1] + v[a, 2] * v[d, 2])
-                Kpp[e, a, a] += sink * shape
+                    if not geometry.summed:
+                        Kpp[e, a, d] += sink * shape * geometry.shape[q, d]
+                if geometry.summed:
+                    Kpp[e, a, a] += sink * shape
                 Jp = J * dx * shape
                 for d in range(20):
                     for j in range(3):
@@ -105,6 +110,8 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
         k = cell_permeability(geometry, c, chi, e, np.empty(8))
         for q in range(n_q):
             x = interpolate(chi, geometry.cells[e], geometry.shape[q])
+            if not geometry.fitted:
+                k = permeability(x, c)[0]
             sink = geometry.volume[s, q] * (source[s, q] + drainage(x, c)[0])
             t = metric[e, q]
             for a in range(8):
@@ -113,10 +120,13 @@ def darcy_tangent(geometry, source, c, chi, metric, Kpp):
                 v[a, 1] = k * (t[5] * g[0] + t[1] * g[1] + t[3] * g[2])
                 v[a, 2] = k * (t[4] * g[0] + t[3] * g[1] + t[2] * g[2])
             for a in range(8):
-                Kpp[e, a, a] += sink * geometry.shape[q, a]
+                if geometry.summed:
+                    Kpp[e, a, a] += sink * geometry.shape[q, a]
                 for d in range(a, 8):
                     g = geometry.gradient[s, q, d]
                     value = v[a, 0] * g[0] + v[a, 1] * g[1] + v[a, 2] * g[2]
+                    if not geometry.summed:
+                        value += sink * geometry.shape[q, a] * geometry.shape[q, d]
                     Kpp[e, a, d] += value
                     if d > a:
                         Kpp[e, d, a] += value
@@ -137,14 +147,18 @@ def flow_tangent(geometry, c, chi, u, p, Kpu, Kpc):
         F, Finv, slope, flow = np.empty((3, 3)), np.empty((3, 3)), np.empty(8), np.zeros(8)
         g, w, v = np.empty(3), np.empty(3), np.empty((8, 3))
         wv, n = np.empty(8), np.empty(3)
-        permeability = cell_permeability(geometry, c, chi, e, slope)
+        k, change = cell_permeability(geometry, c, chi, e, slope), 0.0
         Kpu[e] = 0.0
         Kpc[e] = 0.0
         for q in range(n_q):
             dx = geometry.volume[s, q]
             deformation_gradient(u, nodes, geometry.gradient20[s, q], F)
-            kJ = permeability * inverse(F, Finv) * dx
             x = interpolate(chi, vertices, geometry.shape[q])
+            if not geometry.fitted:
+                k, change = permeability(x, c)
+            J = inverse(F, Finv)
+            kJ = k * J * dx
+            pressure = interpolate(p, vertices, geometry.shape[q])
             vertex_gradient(p, vertices, geometry.gradient[s, q], g)
             push(Finv, g, w)
             sink = dx * drainage(x, c)[1]
@@ -152,7 +166,8 @@ def flow_tangent(geometry, c, chi, u, p, Kpu, Kpc):
                 push(Finv, geometry.gradient[s, q, a], v[a])
                 wv[a] = w[0] * v[a, 0] + w[1] * v[a, 1] + w[2] * v[a, 2]
                 flow[a] += kJ * wv[a]
-                outflow = sink * geometry.shape[q, a] * p[vertices[a]]
+                drained = p[vertices[a]] if geometry.summed else pressure
+                outflow = sink * geometry.shape[q, a] * drained + change * J * dx * wv[a]
                 for d in range(8):
                     Kpc[e, a, d] += outflow * geometry.shape[q, d]
             for d in range(20):

@@ -17,7 +17,7 @@ from actuator.equations.kernels import (
     vertex_gradient,
 )
 from actuator.material.elasticity import contraction
-from actuator.material.ersatz import FAST, drainage, inverse, left_cauchy_green, push, stiffness
+from actuator.material.ersatz import FAST, drainage, inverse, left_cauchy_green, permeability, push, stiffness
 from actuator.terms.strain_energy import add_strain_energy
 
 
@@ -84,12 +84,19 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
             push(Finv, g, w)
             vertex_gradient(lp, vertices, geometry.gradient[s, q], gl)
             push(Finv, gl, v)
-            work = 0.0 * J  # p Λ_p, interpolated as a product: the drainage's rows are summed
-            for a in range(8):
-                work += geometry.shape[q, a] * p[vertices[a]] * lp[vertices[a]]
+            at_point = interpolate(lp, vertices, geometry.shape[q])
+            work = pressure * at_point
+            if geometry.summed:  # interpolated as a product
+                work = 0.0 * J
+                for a in range(8):
+                    work += geometry.shape[q, a] * p[vertices[a]] * lp[vertices[a]]
             out, d_out = drainage(x, c)
             wv = w[0] * v[0] + w[1] * v[1] + w[2] * v[2]
-            seepage += dx * k * J * wv
+            if geometry.fitted:
+                seepage += dx * k * J * wv
+            else:
+                k, d_k = permeability(x, c)
+                d_chi += d_k * J * wv
             d_chi += d_out * work
             sink = dx * (source[s, q] + out)
             for i in range(3):
@@ -110,7 +117,8 @@ def lagrangian_gradient(geometry, source, c, chi, u, p, lu, lp, weight, stressed
                 grad = geometry.gradient[s, q, a]
                 shape = geometry.shape[q, a]
                 g_chi[e, a] += dx * d_chi * shape
-                g_p[e, a] += (dx * d_p + sink * lp[vertices[a]]) * shape
+                multiplier = lp[vertices[a]] if geometry.summed else at_point
+                g_p[e, a] += (dx * d_p + sink * multiplier) * shape
                 g_p[e, a] += flux[0] * grad[0] + flux[1] * grad[1] + flux[2] * grad[2]
         for a in range(8):
             g_chi[e, a] += seepage * slope[a]

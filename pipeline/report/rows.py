@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from pipeline.case.model import Case
 from pipeline.results.design import OptimisedDesign
-from pipeline.results.paper import Reference, on_the_papers_mesh
+from pipeline.results.paper import Reference, on_the_papers_mesh, reading
 from pipeline.results.wording import count, duration, formatted
 from stages.load import held, travel, whole_force
 from stages.rig import RigUnits
@@ -141,6 +141,7 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
     if reference:
         whose = f"the paper's actuator for an allowable strain of {100 * reference.strain_limit:g} %"
         whose += ", on the paper's mesh" if on_the_papers_mesh(case.domain) else ", on another mesh than the paper's"
+        whose += f", read with {reading(case.optimize)}"
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
     beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
     own = "" if rig.same else ", in size and modulus of the case,"

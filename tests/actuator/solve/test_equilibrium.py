@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from physics import (
@@ -16,6 +18,7 @@ from physics import (
     no_source,
     nodal_residuals,
     parameters,
+    permeability,
     ramp,
     random_rotation,
     strain_energy,
@@ -23,6 +26,7 @@ from physics import (
 )
 
 from actuator.equations.discretisation import Discretisation
+from actuator.equations.scheme import PressureElements, Scheme
 from actuator.solve.equilibrium import Equilibrium
 
 DOMAIN = half_cylinder()
@@ -99,8 +103,11 @@ def test_forces_are_the_gradient_of_the_stored_energy(discretisation: Discretisa
         assert np.sum(forces * d) == pytest.approx((8.0 * near - far) / (12.0 * h), rel=1e-8)
 
 
-def test_residuals_match_weak_forms_written_with_scikit_fem(discretisation: Discretisation, source: Floats) -> None:
+@pytest.mark.parametrize("elements", get_args(PressureElements))
+def test_residuals_match_weak_forms_written_with_scikit_fem(elements: PressureElements) -> None:
     """Eqs. (5) and (6) tested with random fields, all integrands from NumPy and scikit-fem."""
+    discretisation = Discretisation(DOMAIN, Scheme(pressure=elements))
+    source = discretisation.source(C.drainage)
     linear, quadratic = bases(DOMAIN)
     rng = np.random.default_rng(3)
     du, dp = rng.normal(size=U.shape), rng.normal(size=P.shape)
@@ -112,10 +119,14 @@ def test_residuals_match_weak_forms_written_with_scikit_fem(discretisation: Disc
     assert np.sum(forces * du) == pytest.approx(work, rel=1e-11)
 
     metric = np.linalg.det(F)[..., None, None] * np.linalg.inv(np.swapaxes(F, -1, -2) @ F)
-    seepage = fitted_permeability(chi, C, linear.dx) * np.einsum("icq,cqij,jcq->cq", p.grad, metric, test.grad)
-    # Summed by rows: products with the test function are interpolated from the vertices.
-    inflow = np.tile(source, (DOMAIN.layers, 1)) * linear.interpolate((P - C.pressure) * dp)
-    outflow = C.drainage / (1.0 + np.exp(-chi)) * linear.interpolate(P * dp)
+    k = fitted_permeability(chi, C, linear.dx) if elements == "fitted" else permeability(chi, C)
+    seepage = k * np.einsum("icq,cqij,jcq->cq", p.grad, metric, test.grad)
+    if elements == "plain":
+        pressed, drained = (p - C.pressure) * test, p * test
+    else:  # summed by rows: products with the test function are interpolated from the vertices
+        pressed, drained = linear.interpolate((P - C.pressure) * dp), linear.interpolate(P * dp)
+    inflow = np.tile(source, (DOMAIN.layers, 1)) * pressed
+    outflow = C.drainage / (1.0 + np.exp(-chi)) * drained
     expected = np.sum(linear.dx * (seepage + inflow + outflow))
     assert flow @ dp == pytest.approx(expected, rel=1e-11)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from physics import (
 
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
+from actuator.equations.scheme import PressureElements, Scheme
 from actuator.terms.lagrangian import lagrangian_gradient
 from actuator.terms.strain_energy import strain_energy_excess
 
@@ -61,9 +62,9 @@ direction = pytest.mark.parametrize("d", DIRECTIONS.values(), ids=DIRECTIONS.key
 with_energy = pytest.mark.parametrize("weight", [0.0, 1.0], ids=["without C_psi", "with C_psi"])
 
 
-@pytest.fixture(scope="module")
-def discretisation() -> Discretisation:
-    return Discretisation(DOMAIN)
+@pytest.fixture(scope="module", params=get_args(PressureElements))
+def discretisation(request: pytest.FixtureRequest) -> Discretisation:
+    return Discretisation(DOMAIN, Scheme(pressure=request.param))
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from physics import LENGTH, Floats, half_cylinder, parameters
 from scipy.sparse.linalg import spsolve
 
+from actuator.equations.scheme import PressureElements, Scheme
 from actuator.solve.equilibrium import Equilibrium, NoState
 from actuator.solve.linearisation import Outdated
 from actuator.solve.state import State
@@ -71,6 +72,23 @@ def test_every_block_is_the_derivative_of_the_residual(
     for ours, expected in zip(assembled, columns(equilibrium, *far_state), strict=True):
         error = np.abs(ours.toarray() - expected)
         assert error.max() < 1e-12 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("elements", ["summed", "plain"])
+def test_blocks_for_other_elements_of_p(elements: PressureElements, far_state: tuple[Floats, Floats]) -> None:
+    """The flow's blocks by complex step, those with respect to χ too, and the Darcy problem's own matrix."""
+    equilibrium = Equilibrium(DOMAIN, *parameters(), threads=1, scheme=Scheme(pressure=elements))
+    x, p = far_state
+    *_, px, pp = blocks(equilibrium, CHI, x, p)
+    *_, by_x, by_p = columns(equilibrium, x, p)
+    by_chi = np.stack(
+        [equilibrium.flow_residual(CHI + 1e-40j * unit, x, p).imag / 1e-40 for unit in np.eye(len(CHI))], axis=1
+    )
+    of_flow, of_design = equilibrium.tangent.flow_blocks(equilibrium.coefficients, CHI, x, p)
+    for ours, expected in ((px, by_x), (of_flow, by_x), (pp, by_p), (of_design, by_chi)):
+        assert np.abs(ours.toarray() - expected).max() < 1e-12 * np.abs(expected).max()
+    flow = np.random.default_rng(3).normal(size=len(p))
+    assert by_p @ equilibrium.flow(CHI, x).solve(flow) == pytest.approx(flow, rel=1e-9, abs=1e-9)
 
 
 def test_rows_and_columns_of_the_arm_are_full(equilibrium: Equilibrium, far_state: tuple[Floats, Floats]) -> None:

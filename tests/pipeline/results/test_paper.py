@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pipeline.case.changes import changed
 from pipeline.case.model import Case, find_case, read_case
-from pipeline.results.paper import REFERENCES, on_the_papers_mesh, reference_of
+from pipeline.results.paper import REFERENCES, on_the_papers_mesh, reading, reference_of
 
 
 def shipped(name: str) -> Case:
@@ -35,10 +36,20 @@ def test_shipped_cases_are_the_papers(name: str, elongation: float, own_mesh: bo
         ("load", "pressure_ratio", 0.021),
         ("objective", "strain_limit", 0.12),
         ("objective", "area_weight", 0.0),
+        ("objective", "length_unit", 2.0),
+        ("material", "law", {"name": "yeoh", "c2": 0.1, "c3": 0.0}),
     ],
 )
-def test_another_problem_is_not_the_papers(section: str, key: str, value: float) -> None:
+def test_another_problem_is_not_the_papers(section: str, key: str, value: Any) -> None:
     assert reference_of(changed(shipped("case14.yaml"), {f"{section}.{key}": value})) is None
+
+
+def test_reading_names_what_the_paper_leaves_open() -> None:
+    read, printed = (reading(shipped(f"{name}.yaml").optimize) for name in ("case14", "case14-eq14-shift"))
+    assert read.startswith("the shift of χ 0 where Eq. (14) has 4/L_i, c_r = 1e-06 L² K_s, ")
+    assert "4/L_i in mm as Eq. (14) prints it" in printed
+    plain = changed(shipped("case14.yaml"), {"elements.pressure": "plain"})
+    assert reading(plain.optimize).endswith("elements of p plain")
 
 
 @pytest.mark.parametrize("name", ["case14.yaml", "case11.yaml"])
