@@ -30,6 +30,10 @@ class Settings(Section):
     spring_modulus: float = Field(2.0e5, gt=0, description="Young's modulus of the cantilever spring [N/mm²]")
 
 
+#: Standard gravity, m/s², and the weights that the paper's cantilever is calibrated with (Appendix E), g.
+GRAVITY, WEIGHTS = 9.80665, (10, 20, 50, 70, 100)
+
+
 @dataclass(frozen=True)
 class Result:
     """What to build and what to expect, for the whole actuator.
@@ -55,6 +59,12 @@ class Result:
     spring_length: float
     spring_travel: float | None
     as_printed: bool = False
+
+    @property
+    def calibration(self) -> dict[int, float]:
+        """Deflection of the spring's end under each of :data:`WEIGHTS`, mm; empty without a spring."""
+        stiffness = self.spring_stiffness
+        return {weight: 1e-3 * weight * GRAVITY / stiffness for weight in WEIGHTS} if stiffness else {}
 
 
 def run(

@@ -1,13 +1,17 @@
-"""The figure of ``poro compare``: measured rows, averaged curves and the prediction over the pressure."""
+"""The figure of ``poro compare``: measured rows, averaged curves and the prediction over the pressure.
+
+Below it the two signals over time, as Appendix F of arXiv:2605.20101 shows them, where the time was recorded.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.compare import Prediction, Result
+from stages.compare import Prediction, Recording, Result
 from stages.compare.deviations import Target
 
 #: More points of a side are not seen apart, and make vector graphics heavy.
@@ -35,8 +39,13 @@ def comparison(
         source: of the prediction, for the legend.
         beside: other predictions by name.
     """
-    figure = Figure(figsize=(8.0, 5.2), dpi=110, layout="constrained", facecolor="white")
-    axes = figure.subplots()
+    timed = result.aligned.time is not None
+    figure = Figure(figsize=(8.0, 7.6 if timed else 5.2), dpi=110, layout="constrained", facecolor="white")
+    if timed:
+        axes, below = figure.subplots(2, 1, height_ratios=(5.2, 2.4))
+        _signals(below, result.aligned)
+    else:
+        axes = figure.subplots()
     sides = (
         ("loading", LOADING, result.mean_loading, [cycle.loading for cycle in result.cycles]),
         ("unloading", UNLOADING, result.mean_unloading, [cycle.unloading for cycle in result.cycles]),
@@ -69,6 +78,21 @@ def comparison(
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper left")
     return figure
+
+
+def _signals(axes: Axes, recording: Recording) -> None:
+    """Pressure on the left, what answers it on the right, over time."""
+    assert recording.time is not None
+    every = -(-len(recording.time) // MOST_POINTS)
+    right = axes.twinx()
+    for side, signal, color, label in (
+        (axes, recording.pressure, PREDICTED, "pressure [kPa]"),
+        (right, recording.displacement, LOADING[0], f"{recording.answer} [{recording.unit}]"),
+    ):
+        side.plot(recording.time[::every], signal[::every], color=color, linewidth=0.8)
+        side.set_ylabel(label, color=color)
+    axes.set_xlabel("time [s]")
+    axes.grid(alpha=0.3)
 
 
 def _target(target: Target, unit: str) -> str:

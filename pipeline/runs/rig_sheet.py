@@ -113,6 +113,7 @@ def as_markdown(name: str, sheet: stages.rig.Result, spring: stages.rig.Settings
         ("pressure p_in", f"{sheet.pressure:.3g} kPa"),
         ("spring at the arm's end, whole actuator", spring_there),
         *([(f"free length of a cantilever of {plate}", length)] if sheet.spring_stiffness else []),
+        *((f"deflection of the spring by {weight} g", f"{bent:.2f} mm") for weight, bent in sheet.calibration.items()),
         ("predicted travel of the arm's end at p_in", travel),
     ]
     if not rig.same:

@@ -123,6 +123,7 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
         "optimizer": case14.optimizer,
         "mirror": case14.mirror,
         "inflate": case14.inflate,
+        "rig": case14.rig,
     }
     assert quick.model_copy(update=small) == read_case(find_case(Path("case14-eq14-shift.yaml")))[0]
 
