@@ -38,7 +38,7 @@ from pipeline.case.model import Case, find_case, read_case
 logger = start_log("benchmarks.readings")
 
 #: c_r / (L² K_s), shifts of χ in C_Ψ, and the paper's two limits, sqrt(2 Ψ_lim / E).
-ALPHAS = (1e-6, 1e-7, 1e-8, 1e-9, 0.0)
+ALPHAS = (1e-6, 1e-7, 5e-8, 2e-8)
 SHIFTS = (0.0, 4.0 / 3.0, 8.0 / 3.0, 4.0)
 LIMITS = (0.14, 0.11)
 

@@ -59,8 +59,9 @@ def _against(over: Floats, label: str, columns: Mapping[str, Floats], left: Axes
 
 def history_table(design: OptimisedDesign) -> str:
     """All columns of the history as CSV, with their units in the first line."""
-    columns = design.history | {"pseudo_time": pseudo_time(design)}
-    names = sorted(columns, key=[*HISTORY, *columns].index)
+    names = sorted(design.history, key=[*HISTORY, *design.history].index)
+    names.insert(names.index("dt") + 1, "pseudo_time")
+    columns = {**design.history, "pseudo_time": pseudo_time(design)}
     rows = zip(*(columns[name] for name in names), strict=True)
     heading = (f"{name} [{HISTORY.get(name, '1')}]" for name in names)
     return as_csv(heading, ([f"{value:.10g}" for value in row] for row in rows))

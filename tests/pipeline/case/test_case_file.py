@@ -131,7 +131,7 @@ def test_shipped_cases_differ_only_where_they_say_so() -> None:
 def test_left_out_keys_take_the_values_of_the_paper() -> None:
     case14, _ = read_case(find_case(Path("case14.yaml")))
     defaults = case_type()(name="case14")
-    assert defaults.model_copy(update={"export": case14.export}) == case14
+    assert defaults.model_copy(update={"export": case14.export, "rig": case14.rig}) == case14
 
 
 def test_schema_describes_the_shipped_cases(poro: Poro) -> None:

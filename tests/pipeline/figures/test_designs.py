@@ -50,9 +50,11 @@ def test_history_is_a_table_with_units(poro: Poro, folder: Path) -> None:
     heading, *rows = (folder / "tiny/details/tiny.history.csv").read_text().splitlines()
     assert heading.startswith("update [1],evaluations [1],C [1],C0 [1],")
     assert heading.endswith("seconds_inner [s],seconds [s]")
-    history = read_design(folder / "tiny/tiny.h5").history
+    history = dict(read_design(folder / "tiny/tiny.h5").history)
+    history["pseudo_time"] = np.cumsum(history["dt"])
     names = [cell.split()[0] for cell in heading.split(",")]
     assert sorted(names) == sorted(history)
+    assert names.index("pseudo_time") == names.index("dt") + 1
     for values, name in zip(zip(*(row.split(",") for row in rows), strict=True), names, strict=True):
         np.testing.assert_allclose(np.array(values, dtype=float), history[name], rtol=1e-9)
 
