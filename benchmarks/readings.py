@@ -13,6 +13,7 @@ Newton's method from rest does not find it, and counts all shifts and both limit
 from __future__ import annotations
 
 import argparse
+import gc
 from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
@@ -127,6 +128,7 @@ def main() -> None:
             rows.append(row)
             logger.info(markdown([row]).splitlines()[-1])
         write(rows, case.domain.build().mesh.nelements)
+        gc.collect()  # a model and its linearisation hold each other, and factors of a gigabyte with them
 
 
 if __name__ == "__main__":

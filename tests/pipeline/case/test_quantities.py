@@ -57,7 +57,9 @@ def test_round_quantities_have_the_keys_of_round_ratios(tmp_path: Path, monkeypa
     monkeypatch.chdir(tmp_path)
     shipped = read_case(Path(__file__).parents[3] / "configs" / "case14.yaml")[0]
     load = "load: {pressure: 54.72 kPa, arm_length: 6 cm, spring_stiffness: 82.08 N/m}"
-    same = door.with_changes(case_of(f"{load}\nexport: {{scale: 1.5}}\nrig: {{youngs_modulus: 1.0}}\n"), {"name": "case14"})
+    same = door.with_changes(
+        case_of(f"{load}\nexport: {{scale: 1.5}}\nrig: {{youngs_modulus: 1.0}}\n"), {"name": "case14"}
+    )
     assert same == shipped
     keys = [content_key("optimize", 1, stage_settings(plain(case), "optimize")) for case in (same, shipped)]
     assert keys[0] == keys[1]
