@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
-VERSION = 15
+VERSION = 16
 
 #: What is said of a state in which a part would not stay.
 UNSTABLE = (

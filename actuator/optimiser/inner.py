@@ -127,7 +127,7 @@ class InnerProblem:
                 now.chi, now.design.value, linear, curvature, quadratic, trust.reach, exact=exact
             )
             if proposal is None or -proposal.change < controls.worthless_gain * gains[-1]:
-                if exact or proposal is None:
+                if proposal is None or not proposal.rough:
                     break
                 exact = True
                 continue
@@ -143,9 +143,10 @@ class InnerProblem:
                 curvature.rebase(diagonal, trust.stiffness)
             lately = gains[-1] - gains[-1 - controls.window] if len(gains) > controls.window else np.inf
             spent = landing.drifted or landing.point is None
-            if exact or (spent and trail):
+            ended = lately < controls.negligible_gain * gains[-1]
+            if exact or (spent and trail) or (ended and not proposal.rough):
                 break
-            exact = lately < controls.negligible_gain * gains[-1]
+            exact = ended
         return InnerStep(start, tuple(trail), steps, trust)
 
     def _value(self, at: ModelPoint, dt: float) -> float:

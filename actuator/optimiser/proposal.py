@@ -19,11 +19,13 @@ class Proposal:
         step: s.
         change: what it promises, negative.
         value: the sum of the design terms there.
+        rough: whether the solution on the active constraints was not looked for, because it gains little.
     """
 
     step: Floats
     change: float
     value: float
+    rough: bool = False
 
 
 @dataclass(frozen=True)

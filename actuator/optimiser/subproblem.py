@@ -11,6 +11,8 @@ method itself. Once the interior point tells which constraints are active, the a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from actuator.arrays import Floats
 from actuator.linear import DirectSolver
 from actuator.optimiser.active_set import on_bound
@@ -68,7 +70,7 @@ class Subproblem:
         controls, physics = self._controls, Quadratic(linear, curvature, self._design.gather.matrix(quadratic))
         task = Task(self._design, chi, value, physics, reach)
         search = InteriorPoint(task, self._inverse, self._norm, controls)
-        patience = controls.max_corrections
+        patience, rough = controls.max_corrections, False
         for _ in range(controls.max_interior_steps):
             if not search.advance():
                 break
@@ -76,7 +78,8 @@ class Subproblem:
             if abs(search.drop) >= controls.subproblem_gain * search.length * gain:
                 continue
             little = gain <= controls.worthless_gain * abs(value)
-            if self._design.bound is None or (little and not exact):
+            rough = self._design.bound is not None and little and not exact
+            if self._design.bound is None or rough:
                 break
             met = search.met()
             solved = None if met is None else on_bound(task, self._inverse, search.s, met, search.best, controls)
@@ -85,4 +88,4 @@ class Subproblem:
             patience -= 1
             if patience < 0 or not little:
                 break
-        return search.best if search.best.change < 0.0 else None
+        return replace(search.best, rough=rough) if search.best.change < 0.0 else None

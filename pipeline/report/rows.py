@@ -141,7 +141,6 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
     if reference:
         whose = f"the paper's actuator for an allowable strain of {100 * reference.strain_limit:g} %"
         whose += ", on the paper's mesh" if on_the_papers_mesh(case.domain) else ", on another mesh than the paper's"
-        whose += f", read with {reading(case.optimize)}"
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
     beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
     own = "" if rig.same else ", in size and modulus of the case,"
@@ -152,6 +151,7 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
         moves = f"moves {whose_end} by {moved:.2f} mm"
     sentences = [
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
+        *([f"What the paper leaves open is read so: {reading(case.optimize)}."] if reference else []),
         f"Under {1e3 * load.pressure:.3g} kPa{own} it turns the arm by {turned:.2f}° and {moves}{beside}.",
         *([] if rig.same else [f"{_of_part(rig)} {rig.millimetres(abs(moved)):.2f} mm."]),
         f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "

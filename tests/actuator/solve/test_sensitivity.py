@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from exact_product import TINY
 from physics import Floats
 from small_case import small_objective, start_of
 
-from actuator.optimiser.model import TINY
 from actuator.solve import sensitivity as module
 from actuator.solve.reduced import ReducedObjective
 from actuator.solve.sensitivity import Sensitivity
