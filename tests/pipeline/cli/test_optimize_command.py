@@ -56,6 +56,20 @@ def test_zero_updates_evaluate_the_initial_design_only(folder: Path, poro: Poro)
     assert summary["C"] == pytest.approx(history["C"][0], rel=1e-9)
 
 
+def test_elements_of_the_pressure_are_those_of_the_case(folder: Path, tmp_path: Path, poro: Poro) -> None:
+    """Others find another p; a kind that there is not is refused."""
+    pressures = []
+    for kind in ("fitted", "plain"):
+        change = ("--updates", "0", "--set", f"elements.pressure={kind}", "--output", tmp_path / kind)
+        assert poro("run", folder / "tiny.yaml", "--until", "optimize", *change).code == ExitCode.OK
+        with h5py.File(tmp_path / kind / "tiny/tiny.h5") as file:
+            pressures.append(file["nodes/pressure"][:])
+    assert np.abs(pressures[0] - pressures[1]).max() > 1e-6 * pressures[0].max()
+    refused = poro("run", folder / "tiny.yaml", "--set", "elements.pressure=cubic")
+    assert refused.code == ExitCode.USAGE
+    assert "elements.pressure" in refused.err
+
+
 def test_more_updates_continue_from_the_finished_design(folder: Path, poro: Poro) -> None:
     first = artifact.read_group(folder / "tiny/tiny.h5", "optimize", "history")["C"]
     ended = poro("optimize", "tiny.yaml", "--output", ".", "--updates", 2, "--threads", 1)
