@@ -78,8 +78,10 @@ class Subproblem:
             if abs(search.drop) >= controls.subproblem_gain * search.length * gain:
                 continue
             little = gain <= controls.worthless_gain * abs(value)
-            rough = self._design.bound is not None and little and not exact
-            if self._design.bound is None or rough:
+            if self._design.bound is None:
+                break
+            rough = little and not exact
+            if rough:
                 break
             met = search.met()
             solved = None if met is None else on_bound(task, self._inverse, search.s, met, search.best, controls)

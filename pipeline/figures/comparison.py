@@ -5,7 +5,7 @@ Below it the two signals over time, as Appendix F of arXiv:2605.20101 shows them
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -43,7 +43,7 @@ def comparison(
     figure = Figure(figsize=(8.0, 7.6 if timed else 5.2), dpi=110, layout="constrained", facecolor="white")
     if timed:
         axes, below = figure.subplots(2, 1, height_ratios=(5.2, 2.4))
-        _signals(below, result.aligned)
+        _signals(below, [part.recording for part in result.recordings])
     else:
         axes = figure.subplots()
     sides = (
@@ -80,17 +80,19 @@ def comparison(
     return figure
 
 
-def _signals(axes: Axes, recording: Recording) -> None:
-    """Pressure on the left, what answers it on the right, over time."""
-    assert recording.time is not None
-    every = -(-len(recording.time) // MOST_POINTS)
+def _signals(axes: Axes, recordings: Sequence[Recording]) -> None:
+    """Pressure on the left, what answers it on the right, over each recording's own time."""
     right = axes.twinx()
-    for side, signal, color, label in (
-        (axes, recording.pressure, PREDICTED, "pressure [kPa]"),
-        (right, recording.displacement, LOADING[0], f"{recording.answer} [{recording.unit}]"),
-    ):
-        side.plot(recording.time[::every], signal[::every], color=color, linewidth=0.8)
-        side.set_ylabel(label, color=color)
+    for recording in recordings:
+        assert recording.time is not None
+        every = -(-len(recording.time) // MOST_POINTS)
+        for side, signal, color in (
+            (axes, recording.pressure, PREDICTED),
+            (right, recording.displacement, LOADING[0]),
+        ):
+            side.plot(recording.time[::every], signal[::every], color=color, linewidth=0.8)
+    axes.set_ylabel("pressure [kPa]", color=PREDICTED)
+    right.set_ylabel(f"{recordings[0].answer} [{recordings[0].unit}]", color=LOADING[0])
     axes.set_xlabel("time [s]")
     axes.grid(alpha=0.3)
 

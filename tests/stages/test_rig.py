@@ -29,6 +29,9 @@ def test_the_papers_rig() -> None:
     assert sheet.spring_stiffness == pytest.approx(0.045)
     assert sheet.spring_length == pytest.approx(120.8, abs=0.05)
     assert sheet.spring_travel == pytest.approx(22.99, abs=0.01)
+    # Appendix E: 100 g on 0.045 N/mm.
+    assert list(sheet.calibration) == [10, 20, 50, 70, 100]
+    assert sheet.calibration[100] == pytest.approx(21.79, abs=0.01)
 
 
 @given(
