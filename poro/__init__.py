@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         check,
         compare,
         export,
+        finish,
         fit,
         inflate,
         load,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
         slice,
         with_changes,
     )
-    from stages.events import DesignUpdate, LoadStep, Message
+    from stages.events import DesignUpdate, FinishStep, LoadStep, Message
 
     __version__: str
 
@@ -48,6 +49,7 @@ __all__ = [
     "DesignUpdate",
     "Failure",
     "Fault",
+    "FinishStep",
     "LoadStep",
     "Message",
     "OptimisedDesign",
@@ -56,6 +58,7 @@ __all__ = [
     "compare",
     "export",
     "figures",
+    "finish",
     "fit",
     "inflate",
     "load",
@@ -76,6 +79,7 @@ _ELSEWHERE = {
     "DesignUpdate": "stages.events",
     "Failure": "actuator.failure",
     "Fault": "pipeline.exit_codes",
+    "FinishStep": "stages.events",
     "LoadStep": "stages.events",
     "Message": "stages.events",
     "OptimisedDesign": "pipeline.results.design",

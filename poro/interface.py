@@ -19,6 +19,7 @@ from pydantic import BaseModel, ValidationError
 import stages.check
 import stages.compare
 import stages.export
+import stages.finish
 import stages.fit
 import stages.inflate
 import stages.mirror
@@ -183,6 +184,30 @@ def refine(case: Case, design: Field, *, observer: Observer = silent) -> stages.
     return stages.refine.run(design.domain, design.chi, case.refine, observer)
 
 
+def finish(
+    case: Case, refined: Field, *, threads: int | None = None, observer: Observer = silent
+) -> stages.finish.Result:
+    """Move the surface of a refined design until the inflated part keeps its strain limit.
+
+    See :func:`stages.finish.run`.
+
+    Args:
+        case: the case; its ``finish.method`` says whether anything is done.
+        refined: of :func:`refine`.
+        threads: instead of the case's.
+        observer: is called with every :class:`poro.FinishStep`.
+    """
+    return stages.finish.run(
+        refined.domain,
+        refined.chi,
+        case.optimize,
+        case.finish,
+        case.mirror.threshold,
+        _compute(case, threads),
+        observer,
+    )
+
+
 def mirror(case: Case, design: Field, *, observer: Observer = silent) -> stages.mirror.Result:
     """The closed surface of the whole solid of a design, refined or not; see :func:`stages.mirror.run`."""
     return stages.mirror.run(design.domain, design.chi, case.mirror, observer)
@@ -340,7 +365,8 @@ def load(
     """What a finished artifact or an exported part holds.
 
     Returns:
-        Of ``NAME.h5`` the design, of ``NAME.refined.h5`` the refined one, of ``NAME.solid.h5`` the closed surface, of
+        Of ``NAME.h5`` the design, of ``NAME.refined.h5`` the refined one, of
+        ``NAME.finished.h5`` the finished one, of ``NAME.solid.h5`` the closed surface, of
         ``NAME.simulation.h5`` the curves, of ``NAME.inflation.h5`` the curve of the part, and of an ``.stl`` or
         ``.3mf`` its triangles.
 
@@ -365,6 +391,10 @@ def _refined(path: Path) -> stages.refine.Result:
     return stages.refine.Result(*contents.design(path, "refine"))
 
 
+def _finished(path: Path) -> stages.refine.Result:
+    return stages.refine.Result(*contents.design(path, "finish"))
+
+
 def _surface(path: Path) -> Surface:
     from actuator.geometry.zero_set import Surface
 
@@ -374,6 +404,7 @@ def _surface(path: Path) -> Surface:
 _LOADERS: dict[str, Callable[[Path], OptimisedDesign | stages.refine.Result | Surface | Simulation | Inflation]] = {
     "optimize": read_design,
     "refine": _refined,
+    "finish": _finished,
     "mirror": _surface,
     "simulate": read_simulation,
     "inflate": read_inflation,

@@ -91,7 +91,7 @@ class Stage:
         after: the stage on whose artifact it works; none if empty.
         options: of its command, beside those that all have.
         recorded_only: keys of its sections that say what is kept beside the result, not what the result is.
-        only_with: keys of its sections that count only where another key is set, with that key.
+        only_with: keys of its sections, or whole sections, that count only where another key is set, with that key.
         extent: keys that say how far a run goes, not which path it takes: longer runs continue shorter ones. Only the
             optimisation has any.
         makes_part: whether it makes a file of its own, whose format is the key ``format`` of its section.
@@ -219,12 +219,24 @@ for _row in (
         after="optimize",
     ),
     Stage(
+        "finish",
+        "Move the part's surface until the inflated part keeps its strain limit, if finish.method says so.",
+        module="stages.finish",
+        suffix=".finished.h5",
+        sections=("finish", "domain", "material", "load", "objective", "mirror"),
+        after="refine",
+        # Without a method the design goes through as it is.
+        only_with=dict.fromkeys(("finish", "domain", "material", "load", "objective", "mirror"), "finish.method"),
+        options=(THREADS,),
+        beside=(Beside("finish", ".finish.csv"), Beside("finish-figure", ".finish.png")),
+    ),
+    Stage(
         "mirror",
         "Extract the closed surface of the whole solid.",
         module="stages.mirror",
         suffix=".solid.h5",
         sections=("mirror",),
-        after="refine",
+        after="finish",
     ),
     Stage(
         "export",

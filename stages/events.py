@@ -61,7 +61,20 @@ class LoadStep:
     max_load: float
 
 
-Event = Message | Compiled | DesignUpdate | LoadStep
+@dataclass(frozen=True)
+class FinishStep:
+    """A part on the way to the finished one.
+
+    Attributes:
+        record: one row of the history, :data:`stages.finish.HISTORY`.
+        most: steps of this run.
+    """
+
+    record: Mapping[str, float]
+    most: int
+
+
+Event = Message | Compiled | DesignUpdate | LoadStep | FinishStep
 Observer = Callable[[Event], None]
 
 

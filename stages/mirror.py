@@ -9,8 +9,6 @@ import numpy as np
 from pydantic import Field
 
 from actuator.arrays import Floats, Ints
-from actuator.failure import EmptySolid
-from actuator.geometry.zero_set import check_field, reflected, solid_boundary
 from stages.datasets import TRIANGLE, Dataset, GridPaths, Packed, design
 from stages.events import Message, Observer, silent
 from stages.refine import needs
@@ -66,24 +64,15 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
     """
     # scikit-fem and SciPy: only where it runs
     from actuator.geometry.hausdorff import distance_to_zero_set
-    from actuator.geometry.outer_triangles import outer_triangles
+    from actuator.geometry.whole import whole_boundary
 
-    check_field(chi, domain.mesh.nvertices)
-    if not np.any(chi > settings.threshold):
-        raise EmptySolid(
-            f"Nothing is solid: χ is at most {chi.max():.3g} and the threshold is {settings.threshold:.3g}; "
-            "lower the threshold or use a design with material."
-        )
     tets = domain.tetrahedra()
-    part = solid_boundary(domain.points, tets.corners, outer_triangles(domain, tets.corners), chi, settings.threshold)
-    whole, on_plane, shared = part, 0, ""
-    if domain.mirrored:
-        whole, on_plane = reflected(part), int(np.count_nonzero(part.vertices[:, 1] == 0.0))
-        shared = f", {on_plane} vertices shared on the symmetry plane"
-    observer(Message(f"{len(whole.triangles)} triangles{shared}"))
+    surface, half, on_plane = whole_boundary(domain, tets, chi, settings.threshold)
+    shared = f", {on_plane} vertices shared on the symmetry plane" if domain.mirrored else ""
+    observer(Message(f"{len(surface.triangles)} triangles{shared}"))
     distance = distance_to_zero_set(domain, tets, chi, settings.threshold)
     observer(Message(f"{distance.maximum:.2g} mm off the field's zero set at most, {distance.rms:.2g} mm rms"))
-    return Result(whole.vertices, whole.triangles, len(part.triangles), on_plane, distance)
+    return Result(surface.vertices, surface.triangles, half, on_plane, distance)
 
 
 def start(task: Task) -> Result:

@@ -43,6 +43,10 @@ class Arm:
         q[[COORDINATES.index(name) for name in self.names]] = T
         return q
 
+    def paper_coordinates(self, T: Floats) -> Floats:
+        """T1, T3, mm, and θ2, rad, as Eqs. (6) to (9) have them, (3,)."""
+        return self.full(T)[[COORDINATES.index(name) for name in OF_HALF]]
+
     def rotations(self, T: Floats) -> tuple[Floats, Floats, Floats]:
         """R (3, 3), ∂R/∂T (m, 3, 3) and ∂²R/∂T² (m, m, 3, 3)."""
         angles = self.full(T)[3:]

@@ -78,7 +78,7 @@ PAIRS = np.array([(a, d) for a in range(10) for d in range(a, 10)])
 
 
 @njit(cache=True)
-def _kinematics(gradient, u, n, b):
+def kinematics(gradient, u, n, b):
     """Write n = F⁻ᵀ ∇N (10, 3) and b = F Fᵀ; return ln J (NaN if J <= 0)."""
     F = np.eye(3)
     for a in range(10):
@@ -132,7 +132,7 @@ def forces(c, mixed, points, cells, u, pi, f, g, density, log_J):
         for a in range(4):
             g[e, a] = 0.0
         for q in range(4):
-            logarithm = _kinematics(points.gradients[e, q], ue, n, b)
+            logarithm = kinematics(points.gradients[e, q], ue, n, b)
             log_J[e, q] = logarithm
             if np.isnan(logarithm):
                 density[e, q] = np.nan
@@ -185,7 +185,7 @@ def tangents(c, shearing, mixed, points, cells, u, pi, K, B, C):
             for k in range(3):
                 for s in range(3):
                     h[3 * k + s, k, s] = dx
-            logarithm = _kinematics(points.gradients[e, q], ue, n, b)
+            logarithm = kinematics(points.gradients[e, q], ue, n, b)
             # With π held, τ = π I + G dev S and δ(π I) = 0: that of K = 0 and J p = -π, but for the change of J.
             pressure = 0.0
             if mixed:

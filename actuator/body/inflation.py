@@ -85,8 +85,8 @@ class Inflation:
         self.arm = Arm(mesh.length, reach, stiffness, mesh.opening, OF_HALF if mesh.half else COORDINATES)
         poisson = (3.0 * material.bulk - 2.0 * material.shear) / (6.0 * material.bulk + 2.0 * material.shear)
         self.mixed = poisson > MOST_PLAIN_POISSON_RATIO + 1e-12 if mixed is None else mixed
-        self._constants = constants_of_law(material.law)._replace(bulk=material.bulk, shear=material.shear)
-        self._shearing = self._constants._replace(bulk=0.0) if self.mixed else self._constants
+        self.constants = constants_of_law(material.law)._replace(bulk=material.bulk, shear=material.shear)
+        self.shearing = self.constants._replace(bulk=0.0) if self.mixed else self.constants
         self.points = points_of(mesh.nodes, mesh.cells)
         self._number()
         # Factors only precondition: single precision halves their time and memory. The mixed form needs all digits.
@@ -116,8 +116,8 @@ class Inflation:
         self.displacements = len(self._free)
         self.stresses = mesh.vertices if self.mixed else 0
         self.size = self.displacements + self.stresses + len(self.arm.names)
-        self._arm = slice(self.size - len(self.arm.names), None)
-        self._arm_index = np.arange(self.size, dtype=np.int32)[self._arm]
+        self.of_arm = slice(self.size - len(self.arm.names), None)
+        self._arm_index = np.arange(self.size, dtype=np.int32)[self.of_arm]
         self._tip_row = np.full(len(mesh.nodes), -1, dtype=np.int64)
         self._tip_row[mesh.tip] = np.arange(len(mesh.tip))
         # Cells and walls that hang on the arm's plate: their nodes there follow its coordinates.
@@ -183,19 +183,35 @@ class Inflation:
         """z of the undeformed body."""
         return np.zeros(self.size)
 
+    def unknowns(self, displacement: Floats, mean_stress: Floats, motion: Floats) -> Floats:
+        """z of u of all nodes (n_nodes, 3), mm, π at the vertices (n_vertices,) and the arm's motion (m,)."""
+        z = np.zeros(self.size)
+        z[: self.displacements] = displacement.ravel()[self._free]
+        z[self.of_arm] = motion
+        if self.mixed:
+            z[self.of_stress] = mean_stress
+        return z
+
     def displacement(self, z: Floats) -> Floats:
         """u of all nodes, (n_nodes, 3), mm."""
         u = np.zeros(self.mesh.nodes.shape)
         u.ravel()[self._free] = z[: self.displacements]
-        u[self.mesh.tip] = self.arm.displacement(z[self._arm], self.mesh.nodes[self.mesh.tip])
+        u[self.mesh.tip] = self.arm.displacement(z[self.of_arm], self.mesh.nodes[self.mesh.tip])
         return u
 
-    def _reduced(self, z: Floats, nodal: Floats) -> Floats:
+    def variation(self, z: Floats, dz: Floats) -> Floats:
+        """The change of u of all nodes, (n_nodes, 3), with a change of z."""
+        v = np.zeros(self.mesh.nodes.shape)
+        v.ravel()[self._free] = dz[: self.displacements]
+        v[self.mesh.tip] = self.arm.directions(z[self.of_arm], self.mesh.nodes[self.mesh.tip]) @ dz[self.of_arm]
+        return v
+
+    def reduced(self, z: Floats, nodal: Floats) -> Floats:
         """Forces on the unknowns, of nodal forces (n_nodes, 3)."""
         force = np.zeros(self.size)
         force[: self.displacements] = nodal.ravel()[self._free]
-        directions = self.arm.directions(z[self._arm], self.mesh.nodes[self.mesh.tip])
-        force[self._arm] = np.einsum("nij,ni->j", directions, nodal[self.mesh.tip])
+        directions = self.arm.directions(z[self.of_arm], self.mesh.nodes[self.mesh.tip])
+        force[self.of_arm] = np.einsum("nij,ni->j", directions, nodal[self.mesh.tip])
         return force
 
     # ------------------------------------------------------------------------ equilibrium
@@ -212,35 +228,37 @@ class Inflation:
         u, cells = self.displacement(z), self.mesh.cells
         f, g = np.empty((len(cells), 10, 3)), np.empty((len(cells), 4))
         density, log_J = np.empty((len(cells), 4)), np.empty((len(cells), 4))
-        arguments = self._constants, self.mixed, self.points, cells, u
-        forces(*arguments, self._stress(z), f, g, density, log_J)
+        arguments = self.constants, self.mixed, self.points, cells, u
+        forces(*arguments, self.mean_stress(z), f, g, density, log_J)
         nodal = scatter_vector(f, cells, len(u))
-        T = z[self._arm]
+        T = z[self.of_arm]
         spring, spring_force, _ = self.arm.spring(T)
         volume = chamber.volume(self.mesh.nodes + u, self.mesh.walls) + self.arm.chamber(T)[0]
         stored = float(np.sum(density * self.points.volumes))
         self._seen = z, load, State(u, T, nodal, density, volume, stored, spring)
         if np.isnan(log_J).any():
             return np.full(self.size, np.inf)
-        residual = self._reduced(z, nodal) - load * self._air_force(z)
-        residual[self._arm] += spring_force
+        residual = self.reduced(z, nodal) - load * self._air_force(z)
+        residual[self.of_arm] += spring_force
         if self.mixed:
-            residual[self._stresses] = scatter_vector(g, cells[:, :4], self.mesh.vertices)
+            residual[self.of_stress] = scatter_vector(g, cells[:, :4], self.mesh.vertices)
         return residual
 
     @property
-    def _stresses(self) -> slice:
+    def of_stress(self) -> slice:
+        """Where the mean stress stands among the unknowns; empty in the plain form."""
         return slice(self.displacements, self.displacements + self.stresses)
 
-    def _stress(self, z: Floats) -> Floats:
-        return z[self._stresses] if self.mixed else np.zeros(1)
+    def mean_stress(self, z: Floats) -> Floats:
+        """π at the vertices, (n_vertices,), N/mm²; of no meaning in the plain form."""
+        return z[self.of_stress] if self.mixed else np.zeros(1)
 
     def _air_force(self, z: Floats) -> Floats:
         """p_in ∂V/∂z."""
         x = self.mesh.nodes + self.displacement(z)
         nodal = scatter_vector(chamber.gradient(x, self.mesh.walls), self.mesh.walls, len(x))
-        force = self._reduced(z, nodal)
-        force[self._arm] += self.arm.chamber(z[self._arm])[1]
+        force = self.reduced(z, nodal)
+        force[self.of_arm] += self.arm.chamber(z[self.of_arm])[1]
         return self.pressure * force
 
     def reactions(self, z: Floats, load: float) -> Floats:
@@ -271,7 +289,7 @@ class Inflation:
         weighted = residual.copy()
         turns = [k for k, name in enumerate(self.arm.names) if name.startswith("theta")]
         weighted[self._arm_index[turns]] /= self.mesh.length
-        weighted[self._stresses] *= self._constants.shear / self.mesh.length
+        weighted[self.of_stress] *= self.constants.shear / self.mesh.length
         return weighted
 
     # ------------------------------------------------------------------------ tangent
@@ -291,15 +309,15 @@ class Inflation:
         self._factorised = self._fresh = True
 
     def _tangent(self, z: Floats, load: float) -> Floats:
-        u, cells, T = self.displacement(z), self.mesh.cells, z[self._arm]
+        u, cells, T = self.displacement(z), self.mesh.cells, z[self.of_arm]
         # Views of the buffer, in the order of `_number`.
         of_cells, of_walls, cells_at_arm, walls_at_arm, of_arm, *of_stress = self._parts[:-1]
         K = of_cells.reshape(len(cells), len(PAIRS), 3, 3)
         B, C = np.empty((0, 4, 10, 3)), np.empty((0, 4, 4))
         if self.mixed:
             B, C = of_stress[0].reshape(-1, 4, 10, 3), of_stress[1].reshape(-1, 4, 4)
-        arguments = self._shearing, self.mixed, self.points, cells, u
-        tangents(self._constants, *arguments, self._stress(z), K, B, C)
+        arguments = self.shearing, self.mixed, self.points, cells, u
+        tangents(self.constants, *arguments, self.mean_stress(z), K, B, C)
         x = self.mesh.nodes + u
         walls = -load * self.pressure * chamber.hessian(x, self.mesh.walls).reshape(len(self.mesh.walls), 18, 18)
         cells_tip, cells_arm = self._on_arm(T, cells[self._cells_at_tip], _unpacked(K[self._cells_at_tip]))
@@ -365,7 +383,7 @@ class Inflation:
         large = LARGE_DISPLACEMENT * self.mesh.length
         mean = float(a[: self.displacements] @ b[: self.displacements]) / max(self.displacements, 1)
         weights = np.array([self.mesh.length**2 if name.startswith("theta") else 1.0 for name in self.arm.names])
-        return (mean + float(np.sum(weights * a[self._arm] * b[self._arm])) / len(weights)) / large**2
+        return (mean + float(np.sum(weights * a[self.of_arm] * b[self.of_arm])) / len(weights)) / large**2
 
     def settled(self, z: Floats, load: float) -> Floats:
         """z itself: nothing is solved for beside the others."""

@@ -178,7 +178,7 @@ def _named(
         fixed=np.unique(faces[fixed]),
         tip=np.unique(faces[tip]),
         symmetry=np.unique(faces[on_symmetry]),
-        opening=_opening(nodes, sides[wall], solid.length),
+        opening=opening_of(nodes, sides[wall], solid.length),
         length=solid.length,
         half=half,
     )
@@ -292,10 +292,16 @@ def _groups(faces: Ints) -> Ints:
     return np.asarray(group)
 
 
-def _opening(nodes: Floats, walls: Ints, length: float) -> float:
-    """Area that the chamber opens to the arm's plate, 1/2 ∮ (y dz - z dy) along its rim, mm²."""
+def rim_of(nodes: Floats, walls: Ints, length: float) -> tuple[Ints, Ints, Ints]:
+    """Start, middle and end of the edges where walls of the chamber meet the arm's plate, (n,) each."""
     edges = walls[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
-    start, middle, end = nodes[edges[(nodes[edges, 0] == length).all(axis=1)], 1:].transpose(1, 0, 2)
+    start, middle, end = edges[(nodes[edges, 0] == length).all(axis=1)].T
+    return start, middle, end
+
+
+def opening_of(nodes: Floats, walls: Ints, length: float) -> float:
+    """Area that the chamber opens to the arm's plate, 1/2 ∮ (y dz - z dy) along its rim, mm²."""
+    start, middle, end = (nodes[part, 1:] for part in rim_of(nodes, walls, length))
 
     def product(one: Floats, other: Floats) -> float:
         return float(np.sum(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]))

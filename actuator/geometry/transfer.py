@@ -9,6 +9,7 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.domains.interface import Domain
 from actuator.geometry.distance import distance, signed_distance
+from actuator.geometry.location import located
 from actuator.geometry.placing import placed
 from actuator.geometry.printing.directions import Axis
 from actuator.geometry.zero_set import Surface
@@ -25,20 +26,11 @@ def interpolated(source: Domain, chi: Floats, domain: Domain) -> Floats:
     """
     if source.points.shape == domain.points.shape and np.allclose(source.points, domain.points, atol=0.0, rtol=1e-9):
         return np.array(chi)
-    import pyvista  # slow to load
-
     ratio = np.array([source.length / domain.length, *(2 * [source.size / domain.size])])
     places = domain.points * ratio
     if source.mirrored:
         places[:, 1] = np.abs(places[:, 1])
-    tetrahedra = source.tetrahedra().corners
-    there = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: tetrahedra}, source.points)
-    cells, nearest = there.find_closest_cell(places, return_closest_point=True)
-    corners = tetrahedra[cells]
-    origin, edges = source.points[corners[:, 0]], source.points[corners[:, 1:]] - source.points[corners[:, :1]]
-    shares = np.linalg.solve(edges.transpose(0, 2, 1), (nearest - origin)[..., None])[..., 0]
-    values = chi[corners]
-    return np.asarray(values[:, 0] + (shares * (values[:, 1:] - values[:, :1])).sum(axis=1))
+    return located(source.points, source.tetrahedra().corners, places).of(chi)
 
 
 def around_chamber(domain: Domain, thickness: float) -> Floats:

@@ -25,6 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
     STAGE_GROUP: {
         "optimize": "poro optimize quick.yaml --updates 10",
         "refine": "poro refine quick.yaml",
+        "finish": "poro finish quick.yaml --set finish.method=strain",
         "mirror": "poro mirror quick.yaml --set mirror.threshold=0.1",
         "export": "poro export quick.yaml --scale 1.5 --format 3mf",
         "simulate": "poro simulate quick.yaml --max-load 1.2",

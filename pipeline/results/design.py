@@ -20,6 +20,7 @@ from pipeline.results.wording import count
 from pipeline.store import artifact, contents
 from pipeline.store.artifact import CHECKPOINT
 from pipeline.store.files import Files, folder_of
+from stages.chain import STAGES, path_to
 from stages.datasets import vtk_order
 
 if TYPE_CHECKING:
@@ -98,19 +99,22 @@ class OptimisedDesign(stages.optimize.Result):
         return Surface(whole.vertices, whole.triangles), self.case.refine.factor
 
     def _stored_shape(self) -> tuple[Surface, int] | None:
-        """The same from the artifacts of ``refine`` and ``mirror``; None unless both are of this design."""
+        """The same from the artifacts of the stages up to ``mirror``; None unless all are of this design."""
         from actuator.geometry.zero_set import Surface
 
         if not self.source or self.unfinished:
             return None
-        refined, mirrored = self._files.artifact("refine"), self._files.artifact("mirror")
+        above = self.identity
+        refined, *_, mirrored = after = [self._files.artifact(stage) for stage in path_to("mirror")[1:]]
         try:
-            fine, whole = artifact.read_header(refined), artifact.read_header(mirrored)
-            versions = (fine.stage_version, whole.stage_version) == (stages.refine.VERSION, stages.mirror.VERSION)
-            descent = (fine.upstream_identity, whole.upstream_identity) == (self.identity, fine.identity)
-            if not (versions and descent):
-                return None
-            return Surface(*contents.surface(mirrored)), stored_case(fine.case_resolved, refined).refine.factor
+            for path in after:
+                header = artifact.read_header(path)
+                current = header.stage_version == STAGES[header.stage].load().VERSION
+                if not (current and header.upstream_identity == above):
+                    return None
+                above = header.identity
+            factor = stored_case(artifact.read_header(refined).case_resolved, refined).refine.factor
+            return Surface(*contents.surface(mirrored)), factor
         except Fault:  # missing or damaged: what is wrong with them is for the stages to say
             return None
 

@@ -16,7 +16,7 @@ from pipeline.runs.adopted import is_solid
 from pipeline.runs.job import Job
 from pipeline.runs.plan import Step
 from pipeline.runs.progress import Reporter
-from pipeline.store import atomic, contents
+from pipeline.store import atomic, contents, tables
 from stages.chain import STAGES
 
 if TYPE_CHECKING:
@@ -146,11 +146,38 @@ def _inflated_figure(job: Job, step: Step, path: Path) -> Said | None:
     return {}
 
 
+def _finish(job: Job, step: Step, path: Path) -> Said | None:
+    from stages.finish import HISTORY
+
+    if contents.summary(step.path, "finish")["method"] is None:
+        return None
+    history = contents.Stored(step.path, "finish").read_group("history")
+    rows = zip(*(history[name].tolist() for name in HISTORY), strict=True)
+    heading = [f"{name} [{unit}]" for name, unit in HISTORY.items()]
+    atomic.write_bytes(path, tables.as_csv(heading, ([f"{value:.10g}" for value in row] for row in rows)).encode())
+    return {}
+
+
+def _finish_figure(job: Job, step: Step, path: Path) -> Said | None:
+    # As _curves_figure.
+    from pipeline.figures.finish import finish
+    from pipeline.figures.saving import save
+
+    found = contents.summary(step.path, "finish")
+    if found["method"] is None:
+        return None
+    history = contents.Stored(step.path, "finish").read_group("history")
+    save(finish(history, found["chosen"], rig_sheet.part_units(job), job.case.name), path)
+    return {}
+
+
 WRITERS: Registry[Writer] = Registry("writer of a file beside an artifact")
 WRITERS.register("part-figure", Writer(_part_figure, figure="figure of the part"))
 WRITERS.register("rig", Writer(_rig, rig_sheet.lines))
 WRITERS.register("curves", Writer(_curves))
 WRITERS.register("curves-figure", Writer(_curves_figure, figure="figure of the curves"))
+WRITERS.register("finish", Writer(_finish))
+WRITERS.register("finish-figure", Writer(_finish_figure, figure="figure of the finish"))
 WRITERS.register("inflation", Writer(_inflation))
 WRITERS.register("inflation-figure", Writer(_inflation_figure, figure="figure of the inflation"))
 WRITERS.register("inflated-figure", Writer(_inflated_figure, figure="figure of the inflated part"))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stages.initial import Given
 
 #: Stages whose artifacts hold a density field on its mesh.
-FIELDS = ("optimize", "refine")
+FIELDS = ("optimize", "refine", "finish")
 
 
 def read(file: Path) -> tuple[Given, str]:

@@ -61,6 +61,18 @@ LOAD_COLUMNS = {
     "newton": Column("Newton", 8, ".0f"),
 }
 
+#: Of the parts on the way to the finished one.
+FINISH_COLUMNS = {
+    "step": Column("step", 6, ".0f"),
+    "travel": Column("travel/mm", 11, ".3f"),
+    "energy_ratio": Column("Ψ/limit", 9, ".3f"),
+    "share_above": Column("above", 9, ".4f"),
+    "largest_ratio": Column("largest", 9, ".2f"),
+    "wall": Column("wall/mm", 9, ".2f"),
+    "gap": Column("gap/mm", 8, ".2f"),
+    "seconds": Column("time/s", 8, ".1f"),
+}
+
 
 @dataclass(frozen=True)
 class Table:
@@ -91,7 +103,7 @@ class Table:
         return {name: column for (name, column), end in fitting if width is None or end <= width}
 
 
-UPDATES = Table(UPDATE_COLUMNS)
+UPDATES, FINISH = Table(UPDATE_COLUMNS), Table(FINISH_COLUMNS)
 
 
 def load_table(record: Mapping[str, float]) -> Table:

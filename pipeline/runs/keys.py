@@ -59,7 +59,7 @@ def _without(
     """Sections without some keys, and with others unset; one that says nothing is left out, as before it was known."""
     kept = {
         section: {
-            key: None if f"{section}.{key}" in idle else value
+            key: None if section in idle or f"{section}.{key}" in idle else value
             for key, value in resolved.get(section, {}).items()
             if f"{section}.{key}" not in left_out
         }

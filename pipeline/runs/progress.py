@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
 from pipeline.results.wording import duration
-from pipeline.runs.growing_table import UPDATES, Table, load_table
+from pipeline.runs.growing_table import FINISH, UPDATES, Table, load_table
 from pipeline.terminal import broken, coloured, quiet, verbose
-from stages.events import Compiled, DesignUpdate, Event, LoadStep, Message
+from stages.events import Compiled, DesignUpdate, Event, FinishStep, LoadStep, Message
 
 
 class SilentDisplay:
@@ -115,6 +115,11 @@ class Reporter:
             self.say(UPDATES.row(event.record), UPDATES.row(event.record, width))
             done = event.record["update"]
             self.display.progress(done, event.updates_limit, self._time_left(done, event.updates_limit))
+        elif isinstance(event, FinishStep):
+            if event.record["step"] == 0:
+                self.say(FINISH.heading(), FINISH.heading(width))
+            self.say(FINISH.row(event.record), FINISH.row(event.record, width))
+            self.display.progress(event.record["step"], event.most, "", "steps of the finish")
         elif isinstance(event, LoadStep):
             if event.field != self._field:
                 self._field, self._loads = event.field, load_table(event.record)

@@ -60,7 +60,7 @@ class Stored:
 
 
 def design(path: Path, stage: str) -> tuple[Domain, Floats]:
-    """Domain and χ at its vertices from the artifact of ``optimize`` or ``refine``.
+    """Domain and χ at its vertices from the artifact of ``optimize``, ``refine`` or ``finish``.
 
     Raises:
         Fault: if the artifact is missing, unreadable, of another stage, or not finite (ARTIFACT).

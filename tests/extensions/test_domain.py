@@ -62,7 +62,7 @@ def test_a_domain_of_another_program_goes_through_the_chain(whole: str, tmp_path
         assert 0.75 * side < depth < side
     assert 0.2 < part.volume / (15.0 * 24.0 * 20.0) < 0.8
     steps = json.loads(poro("status", "box.yaml", "--json", "--output", ".").out)["steps"]
-    assert [step["runs"] for step in steps] == [*[False] * 4, True]  # all but inflating
+    assert [step["runs"] for step in steps] == [*[False] * 5, True]  # all but inflating
     domain, _ = contents.design(Path("box/box.h5"), "optimize")
     assert domain == BoxSettings(whole=whole == "true").build()
     fine, _ = contents.design(Path("box/details/box.refined.h5"), "refine")

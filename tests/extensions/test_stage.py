@@ -17,6 +17,9 @@ from stages.chain import STAGES
 
 HERE = ("--output", ".")
 
+#: Stages before it, of which none runs again.
+BEFORE: dict[str, list[str]] = {"optimize": [], "refine": [], "finish": [], "mirror": []}
+
 
 @pytest.fixture
 def weigh() -> Iterator[None]:
@@ -51,7 +54,13 @@ def test_case_file_has_its_section_which_is_checked(poro: Poro) -> None:
 @pytest.mark.usefixtures("weigh")
 def test_it_is_run_by_its_command_and_as_a_goal(folder: Path, poro: Poro) -> None:
     (folder / "tiny.yaml").write_text(TINY + "weigh: {density: 1.5}\n")
-    assert plan(poro, "--until", "weigh") == {"optimize": [], "refine": [], "mirror": [], "weigh": ["missing"]}
+    assert plan(poro, "--until", "weigh") == {
+        "optimize": [],
+        "refine": [],
+        "finish": [],
+        "mirror": [],
+        "weigh": ["missing"],
+    }
     explained = poro("run", "tiny.yaml", *HERE, "--until", "weigh", "--dry-run", "--explain").out
     assert explained.splitlines()[-1].split() == ["weigh", "run", "missing"]
     ended = poro("run", "tiny.yaml", *HERE, "--until", "weigh")
@@ -78,14 +87,16 @@ def test_it_runs_again_only_for_what_it_depends_on(folder: Path, poro: Poro) -> 
     (folder / "tiny.yaml").write_text(TINY + "export: {scale: 2.0}\nsimulate: {max_load: 1.1}\n")
     assert plan(poro, "--until", "weigh")["weigh"] == []
     (folder / "tiny.yaml").write_text(TINY + "weigh: {density: 1.5}\n")
-    assert plan(poro, "--until", "weigh") == {
+    assert plan(poro, "--until", "weigh") == BEFORE | {"weigh": ["settings changed: weigh.density 1.1 → 1.5"]}
+    assert plan(poro, "--from", "weigh")["weigh"] != []
+    assert plan(poro) == {
         "optimize": [],
         "refine": [],
+        "finish": [],
         "mirror": [],
-        "weigh": ["settings changed: weigh.density 1.1 → 1.5"],
+        "export": [],
+        "inflate": ["missing"],
     }
-    assert plan(poro, "--from", "weigh")["weigh"] != []
-    assert plan(poro) == {"optimize": [], "refine": [], "mirror": [], "export": [], "inflate": ["missing"]}
     (folder / "tiny.yaml").write_text(TINY + "mirror: {threshold: 0.1}\n")
     assert plan(poro, "--until", "weigh")["weigh"] == ["upstream changed: mirror runs again"]
 

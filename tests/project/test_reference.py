@@ -46,6 +46,7 @@ def test_commands_write_the_files_that_are_listed(tmp_path: Path, poro: Poro, mo
     tiny = TINY.replace("max_updates: 1", "max_updates: 20\n  max_inner_steps: 2")
     shutil.copy(EXAMPLE, tmp_path / "measured.csv")
     short = "export: {scale: 1.5}\nsimulate: {max_load: 1.0, states: [1.0]}\n"
+    short += "finish: {method: strain, steps: 0, size: 4.0}\n"
     # Walls this thick hold air, so that the part can be inflated.
     (tmp_path / "case14.yaml").write_text(tiny + COARSE + "mirror: {threshold: -6.0}\n" + short)
     (tmp_path / "tiny.yaml").write_text(TINY.replace("max_updates: 1", "max_updates: 0"))

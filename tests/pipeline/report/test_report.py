@@ -206,7 +206,7 @@ def test_run_alone_has_a_report_that_says_what_is_missing(poro: Poro, folder: Pa
     missing = text_of(page, "missing-table")
     for command in ("poro export tiny/tiny.h5", "poro simulate tiny/tiny.h5", "poro compare tiny/tiny.h5 MEASURED.csv"):
         assert command in missing
-    assert text_of(page, "stage-table").count("missing") == 4
+    assert text_of(page, "stage-table").count("missing") == 5
     assert page.xpath("//table[@id='export-checks'] | //table[@id='findings']") == []
 
 

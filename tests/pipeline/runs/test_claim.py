@@ -62,7 +62,7 @@ def test_second_process_is_refused_and_told_who_holds_the_case(folder: Path, por
 
 def test_reading_needs_no_claim(folder: Path, poro: Poro) -> None:
     with held(folder):
-        assert poro("status", "tiny.yaml", "--output", ".").out.count("up to date") == 4
+        assert poro("status", "tiny.yaml", "--output", ".").out.count("up to date") == 5
         assert poro("run", "tiny.yaml", "--output", ".", "--dry-run").code == ExitCode.OK
         assert poro("convert", "tiny.h5", "x.vtu").code == ExitCode.OK
 
@@ -102,7 +102,7 @@ def test_processes_at_the_same_moment_leave_a_whole_case(folder: Path, poro: Por
     assert ExitCode.OK in {code for _, code in ended}
     assert all("working on the case" in said or "replaced" in said for said, code in ended if code == ExitCode.BUSY)
     status = poro("status", "tiny.yaml", "--output", ".")
-    assert status.out.count("up to date") == 3
+    assert status.out.count("up to date") == 4
     assert "export    run         upstream changed" in status.out
     assert not [path for path in folder.rglob("*") if path.suffix == ".tmp"]
 

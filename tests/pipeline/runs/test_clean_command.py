@@ -26,7 +26,7 @@ def left(folder: Path) -> set[str]:
     cut_short = folder / "tiny/.tiny.h5.01234567.tmp"
     for path in (cut_short, folder / "tiny/tiny.scale-2.stl", folder / "tiny/details/tiny2.refined.h5"):
         path.write_bytes(b"x")
-    intermediate = [files.artifact(stage) for stage in ("refine", "mirror")]
+    intermediate = [files.artifact(stage) for stage in ("refine", "finish", "mirror")]
     sidecars = [path.with_suffix(".vtkhdf") for path in intermediate]
     return {path.name for path in (*intermediate, *sidecars, files.checkpoint, files.updates, cut_short)}
 

@@ -124,7 +124,7 @@ def test_read_only_output_ends_in_a_sentence_and_reading_works(read_only: Path) 
         assert "Read-only" in ended.err or "Permission denied" in ended.err
     assert contents(read_only) == before
     status = called(read_only, "status", "tiny.yaml")
-    assert status.out.count("up to date") == 4
+    assert status.out.count("up to date") == 5
 
 
 def test_weird_folders_for_the_output_give_one_sentence(tmp_path: Path, poro: Poro) -> None:

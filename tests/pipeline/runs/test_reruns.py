@@ -62,7 +62,7 @@ def test_finished_case_is_up_to_date_and_nothing_runs(folder: Path, poro: Poro) 
     ended = poro("run", "tiny.yaml", *TO_PART, "--output", ".")
     assert ended.code == ExitCode.OK
     assert _identities(folder) == before
-    assert ended.err.count("up to date") == 4
+    assert ended.err.count("up to date") == len(STAGES)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_changed_setting_runs_its_stage_and_the_later_ones(
     (folder / "tiny.yaml").write_text(TINY + text + "\n")
     plan = _plan(poro)
     at = STAGES.index(first)
-    assert [bool(plan[stage]) for stage in STAGES] == [False] * at + [True] * (4 - at)
+    assert [bool(plan[stage]) for stage in STAGES] == [False] * at + [True] * (len(STAGES) - at)
     assert plan[first] == [reason]
     assert all("upstream changed" in plan[stage][0] for stage in STAGES[at + 1 :])
 
@@ -95,7 +95,7 @@ def test_other_stage_version_is_a_reason(folder: Path, poro: Poro) -> None:
     with edited(folder / "tiny/details/tiny.refined.h5") as file:
         file.attrs["stage_version"] -= 1
     assert _plan(poro)["refine"] == [f"stage version {refine.VERSION - 1} → {refine.VERSION}"]
-    assert _runs(poro) == ["refine", "mirror", "export"]
+    assert _runs(poro) == ["refine", "finish", "mirror", "export"]
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -185,7 +185,7 @@ def test_force_runs_what_is_asked_for(folder: Path, poro: Poro) -> None:
     assert poro("refine", "tiny.yaml", "--output", ".", "--force").code == ExitCode.OK
     after = _identities(folder)
     assert [name for name in before if before[name] != after[name]] == ["tiny.refined.h5"]
-    assert "upstream changed: tiny.refined.h5 is another one" in _plan(poro)["mirror"]
+    assert "upstream changed: tiny.refined.h5 is another one" in _plan(poro)["finish"]
 
 
 def test_from_demands_earlier_stages_that_are_up_to_date(folder: Path, poro: Poro) -> None:
@@ -200,8 +200,8 @@ def test_status_gives_stages_and_reasons(folder: Path, poro: Poro) -> None:
     (folder / "tiny.yaml").write_text(TINY + "export: {scale: 1.5}\n")
     lines = poro("status", "tiny.yaml", "--output", ".").out.splitlines()
     assert [line.split()[0] for line in lines] == [*STAGES, "inflate"]
-    assert all("up to date" in line for line in lines[:3])
-    assert "export.scale 1.0 → 1.5" in lines[3]
+    assert all("up to date" in line for line in lines[:4])
+    assert "export.scale 1.0 → 1.5" in lines[4]
 
 
 def test_explanation_comes_before_the_run_and_off_the_json(folder: Path, poro: Poro) -> None:

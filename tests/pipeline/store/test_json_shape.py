@@ -23,6 +23,7 @@ RUBBER = "stretch,stress [MPa]\n1.0,0.0\n1.1,0.11\n1.2,0.2\n1.4,0.35\n1.6,0.48\n
 CALLS: dict[str, tuple[list[str], set[str]]] = {
     "optimize": (["tiny.yaml", "--output", "."], {"name", "C", "terms", "updates"}),
     "refine": (["tiny.h5"], {"refine"}),
+    "finish": (["tiny.h5"], {"finish"}),
     "mirror": (["tiny.h5"], {"mirror"}),
     "export": (["tiny.h5"], {"export"}),
     "run": (["tiny.yaml", *TO_PART, "--output", "."], {"name", "export", "stage_seconds"}),
@@ -82,7 +83,7 @@ def test_command_prints_one_object_of_the_common_shape(command: str, poro: Poro,
 def test_plans_and_single_layers_have_it_too(poro: Poro, folder: Path) -> None:
     plan = printed(poro, "run", "tiny.yaml", *TO_PART, "--output", ".", "--dry-run")
     assert plan["command"] == "run"
-    assert [step["stage"] for step in plan["steps"]] == ["optimize", "refine", "mirror", "export"]
+    assert [step["stage"] for step in plan["steps"]] == ["optimize", "refine", "finish", "mirror", "export"]
     assert [Path(file).name for file in plan["files"]] == [Path(step["path"]).name for step in plan["steps"]]
     layers = printed(poro, "slice", "tiny.stl", "--layer", "1.0", "--number", "2")
     assert [entry["file"] for entry in layers["slices"]] == layers["files"]

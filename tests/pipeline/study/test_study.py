@@ -109,7 +109,7 @@ def test_all_mistakes_are_reported_at_once_in_their_order(poro: Poro) -> None:
         (12, "vary.refine.factor.1: 1 is there twice"),
         (13, "vary.compute.threads: cannot be varied"),
         (14, "vary.export.format: must be a list of values"),
-        (15, "until: must be export or optimize or refine or mirror or simulate or inflate, not 'print'"),
+        (15, "until: must be export or optimize or refine or finish or mirror or simulate or inflate, not 'print'"),
         (16, "combin: unknown key; write 'combine'"),
     ]
     assert len(lines) == len(expected)
