@@ -387,12 +387,8 @@ def load(
     return _LOADERS[stage](path)
 
 
-def _refined(path: Path) -> stages.refine.Result:
-    return stages.refine.Result(*contents.design(path, "refine"))
-
-
-def _finished(path: Path) -> stages.refine.Result:
-    return stages.refine.Result(*contents.design(path, "finish"))
+def _field(path: Path) -> stages.refine.Result:
+    return stages.refine.Result(*contents.design(path, artifact.read_header(path).stage))
 
 
 def _surface(path: Path) -> Surface:
@@ -403,8 +399,8 @@ def _surface(path: Path) -> Surface:
 
 _LOADERS: dict[str, Callable[[Path], OptimisedDesign | stages.refine.Result | Surface | Simulation | Inflation]] = {
     "optimize": read_design,
-    "refine": _refined,
-    "finish": _finished,
+    "refine": _field,
+    "finish": _field,
     "mirror": _surface,
     "simulate": read_simulation,
     "inflate": read_inflation,

@@ -15,10 +15,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from actuator.arrays import Floats
-from actuator.failure import NotInflatable, SolveFailure
+from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailure
 from stages import refine
 from stages.datasets import Dataset, Packed, design
 from stages.events import FinishStep, Message, Observer, silent
+from stages.inflate import inflation_of
 from stages.section import Section
 from stages.settings import ProblemSettings
 from stages.task import Compute, Task
@@ -133,7 +134,7 @@ def run(
                 best, chosen = step.chi, number
             if number == settings.steps:
                 break
-    except (NotInflatable, SolveFailure) as failure:
+    except (EmptySolid, NotManifold, NotInflatable, SolveFailure) as failure:
         if not records:
             raise
         observer(Message(f"No way on from here: {failure}"))
@@ -157,30 +158,16 @@ def _flow(
     domain: Domain, chi: Floats, problem: ProblemSettings, settings: Settings, threshold: float, compute: Compute
 ) -> Flow:
     # scikit-fem, SciPy, Mmg: only where it runs
-    from actuator.body.inflation import Inflation
-    from actuator.body.mesh import BodyMesh
     from actuator.shaping.flow import Controls, Flow, Limits
 
     material, load, objective = problem.parameters()
-
-    def inflation_of(mesh: BodyMesh) -> Inflation:
-        halves = (1.0 if mesh.half else 2.0) / problem.domain.halves
-        return Inflation(
-            mesh,
-            material,
-            pressure=load.pressure,
-            reach=load.arm_length,
-            stiffness=halves * load.spring_stiffness,
-            threads=compute.threads,
-            solver=compute.linear_solver,
-        )
 
     return Flow(
         domain,
         chi,
         domain.passive_bound(domain.points, objective.interface_width, objective.length_unit),
         threshold,
-        inflation_of,
+        lambda mesh: inflation_of(mesh, material, load, problem, compute),
         load,
         problem.material.youngs_modulus,
         Limits(problem.objective.strain_limit, settings.share, settings.clamp, settings.wall, settings.gap),

@@ -98,11 +98,11 @@ def run(
     kind = "half of it, as it is symmetric" if mesh.half else "all of it"
     observer(Message(f"{len(mesh.cells)} quadratic tetrahedra, {len(mesh.nodes)} nodes, for {kind}"))
     course = Course(mesh, problem, scale)
-    _follow(_inflation(mesh, material, load, problem, compute), course, settings, observer)
+    _follow(inflation_of(mesh, material, load, problem, compute), course, settings, observer)
     if settings.blocked and not course.ended:
         held = replace(load, spring_stiffness=HELD * problem.material.youngs_modulus * problem.domain.size)
         force = Course(mesh, problem, scale)
-        _follow(_inflation(mesh, material, held, problem, compute), force, settings, silent)
+        _follow(inflation_of(mesh, material, held, problem, compute), force, settings, silent)
         course.blocked = force.column("spring_force")[force.column("load_factor") == 1.0].tolist()
     # At another pressure the optimiser's values say nothing.
     return course.result(optimised if settings.pressure is None else None)
@@ -150,7 +150,10 @@ def _with_pressure(problem: ProblemSettings, settings: Settings, youngs_modulus:
     return problem
 
 
-def _inflation(mesh: BodyMesh, material: Material, load: Load, problem: ProblemSettings, compute: Compute) -> Inflation:
+def inflation_of(
+    mesh: BodyMesh, material: Material, load: Load, problem: ProblemSettings, compute: Compute
+) -> Inflation:
+    """The problem that a mesh poses with a case's material, load and spring."""
     from actuator.body.inflation import Inflation
 
     # The spring of the model is that of half an actuator, or of a whole one.

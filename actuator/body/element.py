@@ -216,3 +216,12 @@ def tangents(c, shearing, mixed, points, cells, u, pi, K, B, C):
                         for k in range(3):
                             K[e, pair, i, k] += A[i, k, 0] * n[d, 0] + A[i, k, 1] * n[d, 1] + A[i, k, 2] * n[d, 2]
                     pair += 1
+
+
+def unpacked(K: Floats) -> Floats:
+    """Full matrices (n, 30, 30) of packed blocks (n, 55, 3, 3)."""
+    full = np.zeros((len(K), 10, 3, 10, 3))
+    for pair, (a, d) in enumerate(PAIRS):
+        full[:, a, :, d] = K[:, pair]
+        full[:, d, :, a] = K[:, pair].transpose(0, 2, 1)
+    return full.reshape(len(K), 30, 30)

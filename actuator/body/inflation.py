@@ -14,7 +14,7 @@ import numpy as np
 from actuator.arrays import Floats, Ints
 from actuator.body import chamber
 from actuator.body.arm import COORDINATES, OF_HALF, Arm
-from actuator.body.element import PAIRS, forces, points_of, tangents
+from actuator.body.element import PAIRS, forces, points_of, tangents, unpacked
 from actuator.body.mesh import BodyMesh
 from actuator.equations.assembly import Gather, scatter_vector
 from actuator.failure import SolveFailure
@@ -320,7 +320,7 @@ class Inflation:
         tangents(self.constants, *arguments, self.mean_stress(z), K, B, C)
         x = self.mesh.nodes + u
         walls = -load * self.pressure * chamber.hessian(x, self.mesh.walls).reshape(len(self.mesh.walls), 18, 18)
-        cells_tip, cells_arm = self._on_arm(T, cells[self._cells_at_tip], _unpacked(K[self._cells_at_tip]))
+        cells_tip, cells_arm = self._on_arm(T, cells[self._cells_at_tip], unpacked(K[self._cells_at_tip]))
         walls_tip, walls_arm = self._on_arm(T, self.mesh.walls[self._walls_at_tip], walls[self._walls_at_tip])
         arm = cells_arm + walls_arm + self.arm.spring(T)[2] - load * self.pressure * self.arm.chamber(T)[2]
         arm += self.arm.second_variation(T, self.mesh.nodes[self.mesh.tip], self._tip_force(z, load))
@@ -393,12 +393,3 @@ class Inflation:
         """Directions in which the energy falls; those that the mean stress makes negative do not count."""
         negative = self._solver.statistics.negative_eigenvalues
         return None if negative is None else negative - self.stresses
-
-
-def _unpacked(K: Floats) -> Floats:
-    """Full matrices (n, 30, 30) of packed blocks (n, 55, 3, 3)."""
-    full = np.zeros((len(K), 10, 3, 10, 3))
-    for pair, (a, d) in enumerate(PAIRS):
-        full[:, a, :, d] = K[:, pair]
-        full[:, d, :, a] = K[:, pair].transpose(0, 2, 1)
-    return full.reshape(len(K), 30, 30)

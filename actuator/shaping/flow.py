@@ -19,7 +19,7 @@ from actuator.body.inflation import Inflation
 from actuator.body.mesh import BodyMesh
 from actuator.body.strain import Strains, strains
 from actuator.domains.interface import Domain
-from actuator.failure import NotInflatable, SolveFailure
+from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailure
 from actuator.parameters import Load
 from actuator.shaping.bounds import Widths, widths
 from actuator.shaping.derivatives import shape_gradient, strain_aggregate, travel
@@ -132,6 +132,8 @@ class _Known:
     z: Floats
     found: Strains
     weight: Floats
+    motion: SurfaceMotion
+    widths: Widths
 
 
 class Flow:
@@ -180,11 +182,12 @@ class Flow:
         start = time.perf_counter()
         known = self._known(self._first, None)
         while True:
-            figures, change = self._looked_at(known)
+            figures = self._figures(known)
             end = time.perf_counter()
             yield Step(known.chi, figures, end - start)
             start = time.perf_counter()
-            known = self._moved(known, change)
+            self._least_wall = self._least_wall or figures.wall
+            known = self._moved(known, self._change(known, figures.quantile, self._least_wall))
 
     # ------------------------------------------------------------------------------------------------ a part
 
@@ -196,7 +199,10 @@ class Flow:
         found = strains(part.mesh, state.displacement, state.density, self._modulus)
         x = found.places[..., 0].mean(axis=1)
         weight = (np.minimum(x, part.mesh.length - x) > self._limits.clamp).astype(np.float64)
-        return _Known(chi, part, inflation, z, found, weight)
+        slope = self._metric.slope(chi)
+        motion = SurfaceMotion(self._domain, self._tetrahedra, slope, part.mesh, inflation.points)
+        between = widths(part.surface, part.mesh.nodes[motion.nodes], motion.outward)
+        return _Known(chi, part, inflation, z, found, weight, motion, between)
 
     def _inflated(self, inflation: Inflation, before: _Known | None) -> Floats:
         """The state at p_in, from that of the part before, or else along a path from rest."""
@@ -220,7 +226,7 @@ class Flow:
             chi = known.chi + change
             try:
                 return self._known(np.minimum(chi, np.maximum(self._bound, known.chi)), known)
-            except (NotInflatable, SolveFailure):
+            except (EmptySolid, NotManifold, NotInflatable, SolveFailure):
                 if not left:
                     raise
                 change = 0.5 * change
@@ -228,49 +234,39 @@ class Flow:
 
     # ------------------------------------------------------------------------------------------------ a step
 
-    def _looked_at(self, known: _Known) -> tuple[Figures, Floats]:
-        """Figures of a part, and the change of χ that follows from them, (n_vertices,)."""
-        inflation, z, mesh, found = known.inflation, known.z, known.part.mesh, known.found
-        limits, controls = self._limits, self._controls
+    def _figures(self, known: _Known) -> Figures:
+        inflation, z, found, limits = known.inflation, known.z, known.found, self._limits
         counted = replace(found, weights=found.weights * known.weight[:, None])
-        quantile = (counted.percentile(found.strain, 1.0 - limits.share) / limits.strain) ** 2
-        inflation.linearise(z, 1.0, fresh=True)
-        objective = travel(inflation, z, self._load)
-        energy_limit = 0.5 * self._modulus * limits.strain**2
-        aggregate = strain_aggregate(inflation, z, 1.0, limit=energy_limit, power=controls.power, weight=known.weight)
-        motion = SurfaceMotion(self._domain, self._tetrahedra, self._metric.slope(known.chi), mesh)
-        by_motion = [
-            motion.by_normal_motion(shape_gradient(inflation, z, 1.0, functional), inflation.points)
-            for functional in (objective, aggregate)
-        ]
-        found_widths = widths(known.part.surface, mesh.nodes[motion.nodes], motion.outward)
         size = float(np.linalg.norm(np.ptp(known.part.surface.vertices, axis=0)))
-        figures = Figures(
-            main_objective=objective.value,
+        return Figures(
+            main_objective=travel(inflation, z, self._load).value,
             travel=-inflation.arm.elongation(z[inflation.of_arm]),
-            quantile=quantile,
+            quantile=(counted.percentile(found.strain, 1.0 - limits.share) / limits.strain) ** 2,
             largest=float((found.strain[known.weight > 0.0] / limits.strain).max()) ** 2,
             above=found.share_above(limits.strain),
-            wall=min(float(found_widths.wall.min()), size),
-            gap=min(float(found_widths.gap.min()), size),
+            wall=min(float(known.widths.wall.min()), size),
+            gap=min(float(known.widths.gap.min()), size),
             volume=float(found.weights.sum()),
+        )
+
+    def _change(self, known: _Known, quantile: float, least_wall: float) -> Floats:
+        """The change of χ, (n_vertices,), of the next step."""
+        inflation, z, motion, controls = known.inflation, known.z, known.motion, self._controls
+        inflation.linearise(z, 1.0, fresh=True)
+        limit = 0.5 * self._modulus * self._limits.strain**2
+        aggregate = strain_aggregate(inflation, z, 1.0, limit=limit, power=controls.power, weight=known.weight)
+        by_objective, by_aggregate = (
+            motion.by_normal_motion(shape_gradient(inflation, z, 1.0, functional))
+            for functional in (travel(inflation, z, self._load), aggregate)
         )
         # The aggregate stands for the quantile, which has no derivative (Le, Norato, Bruns, Ha & Tortorelli 2010,
         # doi:10.1007/s00158-009-0440-y).
-        by_strain = by_motion[1] / aggregate.value
-        return figures, self._direction(
-            by_motion[0], by_strain, float(np.log(quantile / self._controls.aim)), motion, found_widths
-        )
-
-    def _direction(
-        self, by_objective: Floats, by_strain: Floats, violation: float, motion: SurfaceMotion, found: Widths
-    ) -> Floats:
-        """The change of χ, (n_vertices,), for derivatives of C_0 and ln Ψ by the motion of the surface."""
-        controls, least_gap = self._controls, self._limits.gap
-        self._least_wall = self._least_wall or float(found.wall.min())
-        margin = controls.margin
+        by_strain = by_aggregate / aggregate.value
+        violation = float(np.log(quantile / controls.aim))
         lower, strain = (
-            self._metric.gradient(motion.by_chi(found.held(derivative, self._least_wall, least_gap, margin)))
+            self._metric.gradient(
+                motion.by_chi(known.widths.held(derivative, least_wall, self._limits.gap, controls.margin))
+            )
             for derivative in (by_objective, by_strain)
         )
         whole = motion.by_chi(by_strain)
@@ -283,7 +279,7 @@ class Flow:
         if violation > -controls.slack:
             relief = violation / square * strain
             change -= min(controls.strain_share, self._within(relief, controls.strain_move, motion)) * relief
-        lack = found.lack(self._least_wall)
+        lack = known.widths.lack(least_wall)
         if lack.any():
             thicker = self._metric.gradient(motion.by_chi(lack))
             change += min(lack.max(), controls.recovery) / np.abs(motion.along_normal(thicker)).max() * thicker

@@ -7,8 +7,6 @@ surface consists of point sources, to which H⁻¹ answers by peaks, and the sur
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, BilinearForm, ElementHex1
@@ -40,12 +38,8 @@ class Metric:
         self._solver.factorise(upper.data)
         basis = Basis(domain.mesh, ElementHex1(), intorder=3)
         volumes = np.asarray(mass.sum(axis=1)).ravel()
-        self._slopes = [
-            sp.csr_array(
-                sp.diags_array(1.0 / volumes) @ BilinearForm(lambda u, v, _, k=k: grad(u)[k] * v).assemble(basis)
-            )
-            for k in range(3)
-        ]
+        mean = sp.diags_array(1.0 / volumes)
+        self._slopes = [sp.csr_array(mean @ _slope(k).assemble(basis)) for k in range(3)]
 
     def gradient(self, derivative: Floats) -> Floats:
         """The change of χ that a derivative by χ, (n_vertices,), is in this inner product, (n_vertices,)."""
@@ -56,5 +50,6 @@ class Metric:
         return np.column_stack([slope @ chi for slope in self._slopes])
 
 
-def _slope(axis: int, u: Any, v: Any, _: Any) -> Any:
-    return grad(u)[axis] * v
+def _slope(axis: int) -> BilinearForm:
+    """∫ ∂u/∂X_i v dΩ."""
+    return BilinearForm(lambda u, v, _: grad(u)[axis] * v)

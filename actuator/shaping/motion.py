@@ -34,6 +34,7 @@ class SurfaceMotion:
         tetrahedra: of the domain, in which χ is linear.
         slope: ∇χ at the vertices, (n_vertices, 3), 1/mm.
         mesh: of the body.
+        points: of its cells, which the harmonic extension is computed with.
 
     Attributes:
         nodes: numbers of the nodes on the sides, (n,).
@@ -42,8 +43,8 @@ class SurfaceMotion:
         weights: of the vertices at the nodes, (n, n_vertices).
     """
 
-    def __init__(self, domain: Domain, tetrahedra: Tetrahedra, slope: Floats, mesh: BodyMesh) -> None:
-        self._mesh = mesh
+    def __init__(self, domain: Domain, tetrahedra: Tetrahedra, slope: Floats, mesh: BodyMesh, points: Points) -> None:
+        self._mesh, self._laplacian = mesh, _laplacian(mesh, points)
         self.nodes = np.flatnonzero(_sides(mesh))
         places = mesh.nodes[self.nodes]
         corners, shares, _ = located(domain.points, tetrahedra.corners, places)
@@ -64,28 +65,21 @@ class SurfaceMotion:
         """Motion of the nodes along their normals, (n,), mm, for a change of χ (n_vertices,)."""
         return self.rate * (self.weights @ change)
 
-    def by_normal_motion(self, by_nodes: Floats, points: Points) -> Floats:
-        """The derivative by the motion of the nodes along their normals, (n,), of one by the places of all nodes.
-
-        Args:
-            by_nodes: the derivative, (n_nodes, 3).
-            points: of the cells of the body, which the harmonic extension is computed with.
+    def by_normal_motion(self, by_nodes: Floats) -> Floats:
+        """The derivative by the motion of the nodes along their normals, (n,), of one by all nodes (n_nodes, 3).
 
         Raises:
-            SolveFailure: if the extension is not found.
+            SolveFailure: if the harmonic extension is not found.
         """
-        return np.einsum("ni,ni->n", self._of_surface(by_nodes, points), self.outward)
+        return np.einsum("ni,ni->n", self._of_surface(by_nodes), self.outward)
 
     def by_chi(self, by_normal_motion: Floats) -> Floats:
         """The derivative by χ at the vertices, (n_vertices,), of one by the motion along the normals (n,)."""
         return np.asarray(self.weights.T @ (self.rate * by_normal_motion))
 
-    def _of_surface(self, by_nodes: Floats, points: Points) -> Floats:
+    def _of_surface(self, by_nodes: Floats) -> Floats:
         """The same as a derivative by the nodes of the sides, (n, 3), that the others follow."""
-        mesh, n = self._mesh, len(by_nodes)
-        local = np.einsum("eq,eqai,eqbi->eab", points.volumes, points.gradients, points.gradients, optimize=True)
-        rows, columns = np.repeat(mesh.cells, 10, axis=1).ravel(), np.tile(mesh.cells, (1, 10)).ravel()
-        laplacian = sp.csr_array((local.ravel(), (rows, columns)), (n, n))
+        mesh, laplacian = self._mesh, self._laplacian
         held = np.zeros(by_nodes.shape, dtype=bool)
         held[self.nodes] = True
         held[mesh.fixed, 0] = held[mesh.tip, 0] = True
@@ -102,6 +96,13 @@ class SurfaceMotion:
                 raise SolveFailure("The motion of the surface could not be extended into the body.")
             found[:, k] = by_nodes[self.nodes, k] - laplacian[self.nodes][:, free] @ solution
         return found
+
+
+def _laplacian(mesh: BodyMesh, points: Points) -> sp.csr_array:
+    """∫ ∇N_a · ∇N_b dV of the nodes, (n_nodes, n_nodes), mm."""
+    local = np.einsum("eq,eqai,eqbi->eab", points.volumes, points.gradients, points.gradients, optimize=True)
+    rows, columns = np.repeat(mesh.cells, 10, axis=1).ravel(), np.tile(mesh.cells, (1, 10)).ravel()
+    return sp.csr_array((local.ravel(), (rows, columns)), (len(mesh.nodes), len(mesh.nodes)))
 
 
 def _sides(mesh: BodyMesh) -> Bools:

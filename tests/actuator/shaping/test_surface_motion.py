@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import poro
+from actuator.body.element import points_of
 from actuator.body.inflation import Inflation
 from actuator.body.mesh import BodyMesh
 from actuator.geometry.distance import distance
@@ -51,7 +52,9 @@ def values(inflation: Inflation, z: np.ndarray) -> list:
 
 def test_the_surface_moves_with_chi(metric: Metric) -> None:
     before = part_of(DOMAIN, TETRAHEDRA, CHI, 0.0, SIZE)
-    motion = SurfaceMotion(DOMAIN, TETRAHEDRA, metric.slope(CHI), before.mesh)
+    motion = SurfaceMotion(
+        DOMAIN, TETRAHEDRA, metric.slope(CHI), before.mesh, points_of(before.mesh.nodes, before.mesh.cells)
+    )
     change = 0.2 + 0.02 * DOMAIN.points[:, 0]
     after = part_of(DOMAIN, TETRAHEDRA, CHI + change, 0.0, SIZE)
     places = before.mesh.nodes[motion.nodes]
@@ -65,12 +68,9 @@ def test_figures_change_as_their_derivatives_by_chi_say(metric: Metric) -> None:
     """Central differences over remeshing, which leaves an error of the mesh."""
     inflation, z = inflated(CHI)
     inflation.linearise(z, 1.0, fresh=True)
-    motion = SurfaceMotion(DOMAIN, TETRAHEDRA, metric.slope(CHI), inflation.mesh)
+    motion = SurfaceMotion(DOMAIN, TETRAHEDRA, metric.slope(CHI), inflation.mesh, inflation.points)
     direction = np.where(RADIUS > 9.5, 1.0, 0.0)
-    by_motion = [
-        motion.by_normal_motion(shape_gradient(inflation, z, 1.0, each), inflation.points)
-        for each in values(inflation, z)
-    ]
+    by_motion = [motion.by_normal_motion(shape_gradient(inflation, z, 1.0, each)) for each in values(inflation, z)]
     slopes = [float(motion.by_chi(each) @ direction) for each in by_motion]
     step = 0.2
     ends = [[each.value for each in values(*inflated(CHI + side * step * direction))] for side in (1.0, -1.0)]
