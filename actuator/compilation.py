@@ -129,7 +129,7 @@ def _tangent(law: Law) -> Iterator[None]:
     objective.equilibrium.flow(chi, x)
     yield
     nodal = np.zeros((len(objective.domain.nodes), 3))
-    Sensitivity(objective.equilibrium, State(chi, x, chi, nodal, nodal, residual=0.0, lowest_jacobian=1.0))
+    Sensitivity(objective.equilibrium, State(chi, x, chi, nodal, nodal, x[-6:], residual=0.0, lowest_jacobian=1.0))
     yield
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
 HISTORY = {
     **dict.fromkeys(("update", "evaluations", "C", "C0", "C_chi", "C_A", "C_i", "C_p", "C_psi"), "1"),
-    **{"T1": "mm", "T3": "mm", "theta2": "rad"},
+    **{"T1": "mm", "T2": "mm", "T3": "mm", "theta1": "rad", "theta2": "rad", "theta3": "rad"},
     **dict.fromkeys(("dt", "stationarity", "energy_ratio", "steepest"), "1"),
     **dict.fromkeys(("newton", "krylov", "factorisations", "inner"), "1"),
     **dict.fromkeys(("seconds_state", "seconds_adjoint", "seconds_inner", "seconds"), "s"),

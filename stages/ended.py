@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from actuator.equations.kinematics import Kinematics
     from actuator.optimiser.loop import Outcome, Record
 
+#: Coordinates of the arm that are lengths.
+LENGTHS = ("T1", "T2", "T3")
+
 #: What is said of a design whose optimisation has not ended.
 UNFINISHED = "The optimisation has not ended: this is the state after design update {}."
 
@@ -42,19 +45,20 @@ def told(
     units: Units,
 ) -> Result:
     """The result in mm and N/mm²; of a run that has not ended if there is no outcome."""
-    from actuator.equations.kinematics import ARM  # as in run
+    from actuator.equations.arm import COORDINATES, PAPER_COORDINATES  # as in run
     from actuator.optimiser.loop import COUNTS, PARTS
 
     records = [recorded(record, units) for record in history]
     columns, last = {key: np.array([record[key] for record in records]) for key in records[0]}, records[-1]
     times = {f"seconds_{part}": part for part in PARTS}
-    known = ("C", *terms, "T1", "T3", "theta2", "stationarity", "update", "evaluations", "dt", "inner", "seconds")
+    moved = tuple(name for name in COORDINATES if name in last)
+    known = ("C", *terms, *moved, "stationarity", "update", "evaluations", "dt", "inner", "seconds")
     p = units.stress * state.p
     converged, reason = (outcome.converged, outcome.reason) if outcome else (False, UNFINISHED.format(len(records) - 1))
     summary = {
         "C": last["C"],
         "terms": {name: last[name] for name in terms},
-        **{name: last[name] for name in ("T1", "T3", "theta2")},
+        **{name: last[name] for name in moved},
         "spring_elongation": -units.length * float(state.kinematics.elongation(state.x)),
         "p_min": float(p.min()),
         "p_max": float(p.max()),
@@ -74,7 +78,7 @@ def told(
         chi=state.chi,
         displacement=units.length * state.kinematics.displacement(state.x),
         pressure=p,
-        arm=state.x[ARM] * (units.length, units.length, 1.0),
+        arm=state.kinematics.motion(state.x)[PAPER_COORDINATES] * (units.length, units.length, 1.0),
         history=columns,
         summary=summary,
         checkpoint=checkpoint,
@@ -85,7 +89,7 @@ def told(
 
 def recorded(record: Record, units: Units) -> Record:
     """A record of the history with its lengths in mm."""
-    return record | {name: units.length * record[name] for name in ("T1", "T3")}
+    return record | {name: units.length * record[name] for name in LENGTHS if name in record}
 
 
 def reached(problem: ProblemSettings, checkpoint: Mapping[str, Any]) -> Result:

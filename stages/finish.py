@@ -56,7 +56,7 @@ class Settings(Section):
     )
     steps: int = Field(40, ge=0, description="most motions of the surface [-]")
     size: float = Field(2.0, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
-    share: float = Field(1e-3, gt=0, lt=1, description="share of the volume that may be above the limit [-]")
+    share: float = Field(5e-4, gt=0, lt=1, description="share of the volume that may be above the limit [-]")
     clamp: float = Field(
         0.5, ge=0, description="distance from the plates within which the strain has no bound and does not count [mm]"
     )
@@ -130,7 +130,8 @@ def run(
             record = dict(zip(HISTORY, (float(number), *step.figures, step.seconds), strict=True))
             records.append(record)
             observer(FinishStep(record, settings.steps))
-            if number == 0 or _better(record, records[chosen]):
+            least_wall = settings.wall or records[0]["wall"]
+            if number == 0 or _better(record, records[chosen], least_wall):
                 best, chosen = step.chi, number
             if number == settings.steps:
                 break
@@ -147,11 +148,12 @@ def run(
     return Result(domain, best, history, chosen, finished)
 
 
-def _better(record: Mapping[str, float], best: Mapping[str, float]) -> bool:
-    """Whether a part is better: it keeps the limit and travels farther, or is nearer to the limit."""
-    if record["energy_ratio"] <= 1.0 and best["energy_ratio"] <= 1.0:
+def _better(record: Mapping[str, float], best: Mapping[str, float], least_wall: float) -> bool:
+    """Whether a part is better: it keeps strain limit and walls and travels farther, or is nearer to keeping them."""
+    excess, of_best = (max(each["energy_ratio"], least_wall / each["wall"]) for each in (record, best))
+    if excess <= 1.0 and of_best <= 1.0:
         return record["C0"] < best["C0"]
-    return record["energy_ratio"] < best["energy_ratio"]
+    return excess < of_best
 
 
 def _flow(
@@ -168,6 +170,7 @@ def _flow(
         domain.passive_bound(domain.points, objective.interface_width, objective.length_unit),
         threshold,
         lambda mesh: inflation_of(mesh, material, load, problem, compute),
+        problem.goal(load),
         load,
         problem.material.youngs_modulus,
         Limits(problem.objective.strain_limit, settings.share, settings.clamp, settings.wall, settings.gap),

@@ -115,6 +115,7 @@ def run(
         solver=compute.linear_solver,
         threads=compute.threads,
         scheme=settings.elements.scheme(),
+        goal=core.goal(load),
     )
     optimiser = Optimiser(
         objective,

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator
 
 from actuator.equations.scheme import PressureElements, Scheme
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
+from stages.goals import AnyGoalSettings, goal_of, listed
 from stages.laws import AnyLawSettings, NeoHookeSettings
 from stages.section import Instead, Section
 from stages.units import rounded
+
+if TYPE_CHECKING:
+    from actuator.terms.goals.interface import Goal
 
 __all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
@@ -79,6 +83,12 @@ class ObjectiveSettings(Section):
         1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
     )
 
+    goal: Annotated[list[AnyGoalSettings] | None, BeforeValidator(listed)] = Field(
+        None,
+        min_length=1,
+        exclude_if=lambda goal: goal is None,  # results from before there was a choice keep their keys
+        description="what C0 is, one goal or a list; left out, bending as in Eq. (9)",
+    )
     terms: dict[str, dict[str, float]] = Field({}, description="further terms of the objective and their parameters")
 
     @field_validator("terms")
@@ -171,5 +181,10 @@ class ProblemSettings(Section):
             radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
         )
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
-        limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **objective.model_dump())
+        weights = objective.model_dump(exclude={"goal"})
+        limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **weights)
         return material, load, limits
+
+    def goal(self, load: Load) -> Goal:
+        """What C_0 is, for the load of :meth:`parameters`."""
+        return goal_of(self.objective.goal, load, self.domain.size)

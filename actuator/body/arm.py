@@ -1,8 +1,4 @@
-"""The rigid arm: translation and rotation of the plate that closes the body, and the spring at the arm's end.
-
-The motion of a half has the coordinates T1, T3, θ2 of Eqs. (6) to (8); a whole body has all six. The rotation is
-R = R_2(θ2) R_3(θ3) R_1(θ1) about the plate's centre, of which θ2 alone is the paper's.
-"""
+"""The rigid arm of a body: its plate closes the air chamber, whose volume follows the plate's motion."""
 
 from __future__ import annotations
 
@@ -11,107 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
-
-#: All coordinates, and those of a half.
-COORDINATES = ("T1", "T2", "T3", "theta1", "theta2", "theta3")
-OF_HALF = ("T1", "T3", "theta2")
-#: The axes that the factors of R turn about, the last one first applied.
-_FACTORS = (1, 2, 0)
+from actuator.equations.arm import RigidArm
 
 
 @dataclass(frozen=True)
-class Arm:
+class Arm(RigidArm):
     """Plate, arm and spring.
 
     Attributes:
-        length: distance of the plates, mm: the plate's centre at rest is (length, 0, 0).
-        reach: L_arm, mm, along the axis from the plate's centre to the spring.
-        stiffness: of the spring, N/mm; for a half, half of it.
         opening: area of the plate that closes the chamber, mm².
-        names: coordinates that are free.
     """
 
-    length: float
-    reach: float
-    stiffness: float
-    opening: float
-    names: tuple[str, ...] = OF_HALF
-
-    def full(self, T: Floats) -> Floats:
-        """All six coordinates, mm and rad, of the free ones (m,)."""
-        q = np.zeros(6, dtype=np.asarray(T).dtype)
-        q[[COORDINATES.index(name) for name in self.names]] = T
-        return q
-
-    def paper_coordinates(self, T: Floats) -> Floats:
-        """T1, T3, mm, and θ2, rad, as Eqs. (6) to (9) have them, (3,)."""
-        return self.full(T)[[COORDINATES.index(name) for name in OF_HALF]]
-
-    def rotations(self, T: Floats) -> tuple[Floats, Floats, Floats]:
-        """R (3, 3), ∂R/∂T (m, 3, 3) and ∂²R/∂T² (m, m, 3, 3)."""
-        angles = self.full(T)[3:]
-        factors = {axis: _turn(axis, angles[axis]) for axis in _FACTORS}
-        m = len(self.names)
-        first, second = np.zeros((m, 3, 3)), np.zeros((m, m, 3, 3))
-        turned = [COORDINATES.index(name) - 3 for name in self.names]
-        for j, axis in enumerate(turned):
-            if axis < 0:
-                continue
-            first[j] = _product(factors, {axis: 1})
-            for k, other in enumerate(turned):
-                if other >= 0:
-                    orders = {axis: 2} if other == axis else {axis: 1, other: 1}
-                    second[j, k] = _product(factors, orders)
-        return _product(factors, {}), first, second
-
-    def displacement(self, T: Floats, points: Floats) -> Floats:
-        """u of points of the plate, (n, 3), mm."""
-        R, _, _ = self.rotations(T)
-        offset = self._offset(points)
-        moved: Floats = self.full(T)[:3] + offset @ R.T - offset
-        return moved
-
-    def directions(self, T: Floats, points: Floats) -> Floats:
-        """∂u/∂T of points of the plate, (n, 3, m)."""
-        _, dR, _ = self.rotations(T)
-        directions = np.einsum("jik,nk->nij", dR, self._offset(points))
-        for j, name in enumerate(self.names):
-            if name.startswith("T"):
-                directions[:, COORDINATES.index(name), j] = 1.0
-        return directions
-
-    def second_variation(self, T: Floats, points: Floats, force: Floats) -> Floats:
-        """Σ force · ∂²u/∂T² over points of the plate, (m, m)."""
-        _, _, ddR = self.rotations(T)
-        moment = force.T @ self._offset(points)
-        return np.asarray(np.einsum("jkil,il->jk", ddR, moment))
-
-    def _offset(self, points: Floats) -> Floats:
-        return points - np.array([self.length, 0.0, 0.0])
-
-    # ---------------------------------------------------------------- spring, Eq. (8)
-
-    def elongation(self, T: Floats) -> float:
-        """Vertical displacement T3 - L_arm sin θ2 of the spring's end, mm; negative is downwards."""
-        return float(self._along(T)[0])
-
-    def spring(self, T: Floats) -> tuple[float, Floats, Floats]:
-        """Energy of the spring, N mm, and its first (m,) and second (m, m) derivative with respect to T."""
-        value, slope, curvature = self._along(T)
-        return (
-            0.5 * self.stiffness * value**2,
-            self.stiffness * value * slope,
-            self.stiffness * (np.outer(slope, slope) + value * curvature),
-        )
-
-    def _along(self, T: Floats) -> tuple[float, Floats, Floats]:
-        R, dR, ddR = self.rotations(T)
-        slope = self.reach * dR[:, 2, 0]
-        if "T3" in self.names:
-            slope[self.names.index("T3")] += 1.0
-        return self.full(T)[2] + self.reach * R[2, 0], slope, self.reach * ddR[:, :, 2, 0]
-
-    # ---------------------------------------------------------------- the plate's share of the chamber
+    opening: float = 0.0
 
     def chamber(self, T: Floats) -> tuple[float, Floats, Floats]:
         """1/3 ∮ x · n dA over the plate, mm³, with first (m,) and second (m, m) derivative with respect to T."""
@@ -125,23 +32,3 @@ class Arm:
             self.opening / 3.0 * (slopes @ place + shifts @ normal),
             self.opening / 3.0 * (np.einsum("jki,i->jk", ddR[:, :, :, 0], place) + cross + cross.T),
         )
-
-
-def _turn(axis: int, angle: float) -> tuple[Floats, Floats, Floats]:
-    """The rotation about a coordinate axis, and its first and second derivative by the angle."""
-    i, k = (axis + 1) % 3, (axis + 2) % 3
-    cosine, sine = np.cos(angle), np.sin(angle)
-    turns = []
-    for c, s, rest in ((cosine, sine, 1.0), (-sine, cosine, 0.0), (-cosine, -sine, 0.0)):
-        R = np.zeros((3, 3))
-        R[axis, axis] = rest
-        R[i, i] = R[k, k] = c
-        R[k, i], R[i, k] = s, -s
-        turns.append(R)
-    return turns[0], turns[1], turns[2]
-
-
-def _product(factors: dict[int, tuple[Floats, Floats, Floats]], orders: dict[int, int]) -> Floats:
-    a, b, c = (factors[axis][orders.get(axis, 0)] for axis in _FACTORS)
-    product: Floats = a @ b @ c
-    return product

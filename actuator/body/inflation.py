@@ -13,9 +13,10 @@ import numpy as np
 
 from actuator.arrays import Floats, Ints
 from actuator.body import chamber
-from actuator.body.arm import COORDINATES, OF_HALF, Arm
+from actuator.body.arm import Arm
 from actuator.body.element import PAIRS, forces, points_of, tangents, unpacked
 from actuator.body.mesh import BodyMesh
+from actuator.equations.arm import COORDINATES, OF_HALF, is_angle
 from actuator.equations.assembly import Gather, scatter_vector
 from actuator.failure import SolveFailure
 from actuator.linear import DirectSolver, SolverName, gmres, make_solver
@@ -82,7 +83,7 @@ class Inflation:
         mixed: bool | None = None,
     ) -> None:
         self.mesh, self.pressure = mesh, pressure
-        self.arm = Arm(mesh.length, reach, stiffness, mesh.opening, OF_HALF if mesh.half else COORDINATES)
+        self.arm = Arm(mesh.length, reach, stiffness, OF_HALF if mesh.half else COORDINATES, mesh.opening)
         poisson = (3.0 * material.bulk - 2.0 * material.shear) / (6.0 * material.bulk + 2.0 * material.shear)
         self.mixed = poisson > MOST_PLAIN_POISSON_RATIO + 1e-12 if mixed is None else mixed
         self.constants = constants_of_law(material.law)._replace(bulk=material.bulk, shear=material.shear)
@@ -287,7 +288,7 @@ class Inflation:
     def _weighted(self, residual: Floats) -> Floats:
         """Forces: moments over the body's length, volumes times the pressure over the length."""
         weighted = residual.copy()
-        turns = [k for k, name in enumerate(self.arm.names) if name.startswith("theta")]
+        turns = [k for k, name in enumerate(self.arm.names) if is_angle(name)]
         weighted[self._arm_index[turns]] /= self.mesh.length
         weighted[self.of_stress] *= self.constants.shear / self.mesh.length
         return weighted
@@ -382,7 +383,7 @@ class Inflation:
         """Mean product of displacements over :data:`LARGE_DISPLACEMENT` squared, and that of the arm."""
         large = LARGE_DISPLACEMENT * self.mesh.length
         mean = float(a[: self.displacements] @ b[: self.displacements]) / max(self.displacements, 1)
-        weights = np.array([self.mesh.length**2 if name.startswith("theta") else 1.0 for name in self.arm.names])
+        weights = np.array([self.mesh.length**2 if is_angle(name) else 1.0 for name in self.arm.names])
         return (mean + float(np.sum(weights * a[self.of_arm] * b[self.of_arm])) / len(weights)) / large**2
 
     def settled(self, z: Floats, load: float) -> Floats:

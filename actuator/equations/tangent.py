@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from actuator.arrays import Floats
 from actuator.equations.assembly import Gather
 from actuator.equations.discretisation import Discretisation
-from actuator.equations.kinematics import THETA2, Kinematics
+from actuator.equations.kinematics import Kinematics
 from actuator.equations.tangent_kernels import PACKED, flow_tangent, tangent
 from actuator.material.constants import Constants
 
@@ -37,16 +37,17 @@ class Tangent:
 
         index = kinematics.index.astype(np.int32)[geometry.node_cells]  # (n_cells, 20, 3)
         tip_index = index[self._tip_cells]
-        arm = (n_x - 3 + np.arange(3)).astype(np.int32)
+        arm = np.arange(n_x, dtype=np.int32)[kinematics.of_arm]
+        m = len(arm)
         vertices = geometry.cells.astype(np.int32)
         tip_vertices = vertices[self._tip_cells]
 
-        sizes = [n_cells * PACKED, n_tip * 180, 9]
+        sizes = [n_cells * PACKED, n_tip * 60 * m, m * m]
         self._uu, self._buffer_xx = _views(sizes)
         rows, columns = _mechanical_targets(index)
-        arm_rows = np.broadcast_to(tip_index[..., None], (n_tip, 20, 3, 3))
+        arm_rows = np.broadcast_to(tip_index[..., None], (n_tip, 20, 3, m))
         arm_columns = np.where(arm_rows >= 0, arm, np.int32(-1))
-        upper = np.arange(3)[:, None] <= np.arange(3)
+        upper = np.arange(m)[:, None] <= np.arange(m)
         self.mechanics = Gather(
             np.concatenate([rows, arm_rows.ravel(), np.where(upper, arm[:, None], -1).ravel()]),
             np.concatenate([columns, arm_columns.ravel(), np.where(upper, arm, -1).ravel()]),
@@ -57,15 +58,15 @@ class Tangent:
         # Coupling blocks share one set of targets; K_px is stored transposed in the buffer's order.
         u_rows = np.broadcast_to(index[..., None], (n_cells, 20, 3, 8)).ravel()
         p_columns = np.broadcast_to(vertices[:, None, None, :], (n_cells, 20, 3, 8)).ravel()
-        t_rows = np.broadcast_to(arm[:, None], (n_tip, 3, 8)).ravel()
-        t_columns = np.broadcast_to(tip_vertices[:, None, :], (n_tip, 3, 8)).ravel()
-        self._coupling = [n_cells * 480, n_tip * 24]
+        t_rows = np.broadcast_to(arm[:, None], (n_tip, m, 8)).ravel()
+        t_columns = np.broadcast_to(tip_vertices[:, None, :], (n_tip, m, 8)).ravel()
+        self._coupling = [n_cells * 480, n_tip * 8 * m]
         self._up, self._buffer_xp = _views(self._coupling)
         self._xp = Gather(np.concatenate([u_rows, t_rows]), np.concatenate([p_columns, t_columns]), (n_x, n_p))
         u_columns = np.broadcast_to(index[:, None], (n_cells, 8, 20, 3)).ravel()
         p_rows = np.broadcast_to(vertices[:, :, None, None], (n_cells, 8, 20, 3)).ravel()
-        t_columns = np.broadcast_to(arm, (n_tip, 8, 3)).ravel()
-        t_rows = np.broadcast_to(tip_vertices[..., None], (n_tip, 8, 3)).ravel()
+        t_columns = np.broadcast_to(arm, (n_tip, 8, m)).ravel()
+        t_rows = np.broadcast_to(tip_vertices[..., None], (n_tip, 8, m)).ravel()
         self._pu, self._buffer_px = _views(self._coupling)
         self._px = Gather(np.concatenate([p_rows, t_rows]), np.concatenate([u_columns, t_columns]), (n_p, n_x))
         self.darcy, self._pc = darcy_gather(discretisation), darcy_gather(discretisation, upper=False)
@@ -94,8 +95,9 @@ class Tangent:
         flat = self._tip_directions(x)
         arm = _unpack(uu[self._tip_cells]) @ flat
         self._uu[1][:] = arm.ravel()
-        corner = flat.reshape(-1, 3).T @ arm.reshape(-1, 3) + kinematics.spring_tangent(x)
-        corner[2, 2] += kinematics.second_variation(x, nodal)
+        m = arm.shape[-1]
+        corner = flat.reshape(-1, m).T @ arm.reshape(-1, m)
+        corner += kinematics.spring_tangent(x) + kinematics.second_variation(x, nodal)
         self._uu[2][:] = corner.ravel()
         self._up[1][:] = (flat.transpose(0, 2, 1) @ up[self._tip_cells].reshape(n_tip, 60, 8)).ravel()
 
@@ -119,11 +121,13 @@ class Tangent:
         self._pc.data(elements.ravel(), pc)
 
     def _tip_directions(self, x: Floats) -> Floats:
-        """∂u/∂T in the cells at the tip, (n_tip_cells, 60, 3): u of Γ follows T."""
-        directions = np.zeros((len(self._tip_cells), 20, 3, 3))
+        """∂u/∂T in the cells at the tip, (n_tip_cells, 60, m): u of Γ follows T."""
+        on_plate = self._kinematics.tip_directions(x)
+        m = on_plate.shape[-1]
+        directions = np.zeros((len(self._tip_cells), 20, 3, m))
         on_tip = self._tip_local >= 0
-        directions[on_tip] = self._kinematics.tip_directions(float(x[THETA2]))[self._tip_local[on_tip]]
-        return directions.reshape(-1, 60, 3)
+        directions[on_tip] = on_plate[self._tip_local[on_tip]]
+        return directions.reshape(-1, 60, m)
 
     def force_block(self, elements: Floats, x: Floats) -> sp.csr_array:
         """Assemble derivatives of forces with respect to a vertex field, as K_xp: (n_x, n_vertices).

@@ -14,6 +14,7 @@ from time import perf_counter
 import numpy as np
 
 from actuator.arrays import Floats
+from actuator.equations.arm import COORDINATES
 from actuator.failure import SolveFailure
 from actuator.optimiser.controls import CONTROLS, Controls
 from actuator.optimiser.curvature import Curvature
@@ -280,14 +281,13 @@ class Optimiser:
 
     def _record(self, progress: Progress, dt: float) -> Record:
         at, work = progress.evaluation, self.objective.equilibrium.work
+        arm = self.objective.equilibrium.kinematics.arm
         return {
             "update": float(len(progress.history)),
             "evaluations": float(progress.evaluations),
             "C": at.value,
             **at.terms,
-            "T1": float(at.state.arm[0]),
-            "T3": float(at.state.arm[1]),
-            "theta2": float(at.state.arm[2]),
+            **{name: float(at.state.motion[COORDINATES.index(name)]) for name in arm.names},
             "dt": dt,
             "stationarity": stationarity(at, progress.gradient, self.metric),
             **at.measures,

@@ -13,14 +13,13 @@ import numpy as np
 
 from actuator.arrays import Floats
 from actuator.body import chamber
-from actuator.body.arm import OF_HALF
 from actuator.body.inflation import Inflation
 from actuator.body.mesh import BodyMesh
 from actuator.body.meshing import rim_of
 from actuator.equations.assembly import scatter_vector
 from actuator.parameters import Load
 from actuator.shaping.kernels import energy_weighed, work_by_shape
-from actuator.terms.main_objective import main_objective, main_objective_gradient
+from actuator.terms.goals.interface import Goal
 
 #: Relative residual of adjoint states; the flow needs no more digits than its meshes have.
 ADJOINT_TOLERANCE = 1e-8
@@ -41,19 +40,19 @@ class Functional:
     by_shape: Floats
 
 
-def travel(inflation: Inflation, z: Floats, load: Load) -> Functional:
-    """C_0 of Eq. (9) of the part, dimensionless.
+def main_objective(inflation: Inflation, z: Floats, goal: Goal, load: Load) -> Functional:
+    """C_0 of the part, dimensionless.
 
     Args:
         inflation: of the part.
         z: its state.
-        load: says how long the arm is, mm.
+        goal: what C_0 is.
+        load: pressure, arm and spring.
     """
-    arm, T = inflation.arm, inflation.arm.paper_coordinates(z[inflation.of_arm])
-    slopes = dict(zip(OF_HALF, main_objective_gradient(T, load), strict=True))
-    by_state = np.zeros(inflation.size)
-    by_state[inflation.of_arm] = [slopes.get(name, 0.0) for name in arm.names]
-    return Functional(main_objective(T, load), by_state, np.zeros(inflation.mesh.nodes.shape))
+    arm, by_state = inflation.arm, np.zeros(inflation.size)
+    motion = arm.full(z[inflation.of_arm])
+    by_state[inflation.of_arm] = arm.free(goal.gradient(motion, load))
+    return Functional(goal.value(motion, load), by_state, np.zeros(inflation.mesh.nodes.shape))
 
 
 def strain_aggregate(

@@ -22,11 +22,12 @@ from actuator.domains.interface import Domain
 from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailure
 from actuator.parameters import Load
 from actuator.shaping.bounds import Widths, widths
-from actuator.shaping.derivatives import shape_gradient, strain_aggregate, travel
+from actuator.shaping.derivatives import main_objective, shape_gradient, strain_aggregate
 from actuator.shaping.metric import Metric
 from actuator.shaping.motion import SurfaceMotion
 from actuator.shaping.part import Part, carried, part_of
 from actuator.solve.path import Control, begin, correct, follow
+from actuator.terms.goals.interface import Goal
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Controls:
         power: p of the aggregate of Ψ / Ψ_lim.
         travel_move, strain_move: how far the surface moves in a step for the travel, and for the strain at most, mm.
         margin: how far above their least widths walls and gaps hold back what would narrow them, mm.
+        spare: how far above their least width walls are held, mm: what a step takes from them in spite of that.
         recovery: how far the surface moves in a step where a wall is too thin, mm.
         moved: share of the nodes of the surface that moves no farther than that.
         strain_share: share of what Ψ is above the aim, in its logarithm, that a step is to take away at most.
@@ -56,6 +58,7 @@ class Controls:
     travel_move: float = 0.15
     strain_move: float = 0.3
     margin: float = 1.0
+    spare: float = 0.25
     recovery: float = 0.25
     moved: float = 0.995
     strain_share: float = 0.5
@@ -145,6 +148,7 @@ class Flow:
         bound: upper bound of χ of the passive region, (n_vertices,).
         threshold: level of the surface.
         inflation_of: makes the problem of a mesh.
+        goal: what C_0 is.
         load: pressure, arm and spring.
         youngs_modulus: E, N/mm².
         limits, controls: of the flow.
@@ -158,6 +162,7 @@ class Flow:
         bound: Floats,
         threshold: float,
         inflation_of: Callable[[BodyMesh], Inflation],
+        goal: Goal,
         load: Load,
         youngs_modulus: float,
         limits: Limits,
@@ -165,7 +170,7 @@ class Flow:
         threads: int,
     ) -> None:
         self._domain, self._bound, self._threshold = domain, bound, threshold
-        self._inflation_of, self._load, self._modulus = inflation_of, load, youngs_modulus
+        self._inflation_of, self._goal, self._load, self._modulus = inflation_of, goal, load, youngs_modulus
         self._limits, self._controls, self._least_wall = limits, controls, limits.wall
         self._tetrahedra = domain.tetrahedra()
         self._metric = Metric(domain, controls.radius, threads=threads)
@@ -187,7 +192,7 @@ class Flow:
             yield Step(known.chi, figures, end - start)
             start = time.perf_counter()
             self._least_wall = self._least_wall or figures.wall
-            known = self._moved(known, self._change(known, figures.quantile, self._least_wall))
+            known = self._moved(known, self._change(known, figures.quantile, self._least_wall + self._controls.spare))
 
     # ------------------------------------------------------------------------------------------------ a part
 
@@ -239,7 +244,7 @@ class Flow:
         counted = replace(found, weights=found.weights * known.weight[:, None])
         size = float(np.linalg.norm(np.ptp(known.part.surface.vertices, axis=0)))
         return Figures(
-            main_objective=travel(inflation, z, self._load).value,
+            main_objective=main_objective(inflation, z, self._goal, self._load).value,
             travel=-inflation.arm.elongation(z[inflation.of_arm]),
             quantile=(counted.percentile(found.strain, 1.0 - limits.share) / limits.strain) ** 2,
             largest=float((found.strain[known.weight > 0.0] / limits.strain).max()) ** 2,
@@ -257,7 +262,7 @@ class Flow:
         aggregate = strain_aggregate(inflation, z, 1.0, limit=limit, power=controls.power, weight=known.weight)
         by_objective, by_aggregate = (
             motion.by_normal_motion(shape_gradient(inflation, z, 1.0, functional))
-            for functional in (travel(inflation, z, self._load), aggregate)
+            for functional in (main_objective(inflation, z, self._goal, self._load), aggregate)
         )
         # The aggregate stands for the quantile, which has no derivative (Le, Norato, Bruns, Ha & Tortorelli 2010,
         # doi:10.1007/s00158-009-0440-y).

@@ -9,7 +9,7 @@ from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
 from actuator.equations.discretisation import Discretisation
 from actuator.equations.kernels import residual
-from actuator.equations.kinematics import ARM, Kinematics
+from actuator.equations.kinematics import Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.equations.tangent import Tangent
 from actuator.equations.tangent_kernels import darcy_metric, darcy_tangent
@@ -119,7 +119,7 @@ class Equilibrium:
         )
         nodal = scatter_vector(Ru, self.geometry.node_cells, len(u))
         rx = self.kinematics.force(x, nodal)
-        rx[ARM] += self.kinematics.spring_force(x)
+        rx[self.kinematics.of_arm] += self.kinematics.spring_force(x)
         return rx, scatter_vector(Rp, self.geometry.cells, len(p)), nodal, float(lowest)
 
     def flow_residual(self, chi: Floats, x: Floats, p: Floats) -> Floats:
@@ -138,8 +138,8 @@ class Equilibrium:
 
     def _state(self, chi: Floats, x: Floats, p: Floats, rx: Floats, rp: Floats, nodal: Floats, lowest: float) -> State:
         norm = np.inf if lowest <= 0.0 else self.norm(rx, rp)
-        u = self.kinematics.displacement(x)
-        return State(chi, x, p, u, nodal, norm if np.isfinite(norm) else np.inf, lowest)
+        u, motion = self.kinematics.displacement(x), self.kinematics.motion(x)
+        return State(chi, x, p, u, nodal, motion, norm if np.isfinite(norm) else np.inf, lowest)
 
     def norm(self, rx: Floats, rp: Floats) -> float:
         """Relative size of residuals in x and p; see :attr:`scales`."""
@@ -243,7 +243,8 @@ class Equilibrium:
     def _rest(self, chi: Floats) -> State:
         self.work.states += 1
         x, u = np.zeros(self.kinematics.size), np.zeros((len(self.domain.nodes), 3))
-        return State(chi, x, np.zeros(len(chi)), u, np.zeros_like(u), residual=0.0, lowest_jacobian=1.0)
+        motion = self.kinematics.motion(x)
+        return State(chi, x, np.zeros(len(chi)), u, np.zeros_like(u), motion, residual=0.0, lowest_jacobian=1.0)
 
     # ------------------------------------------------------------- linear solves
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.equations.kinematics import THETA2
+from actuator.equations.arm import is_angle
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.linearisation import Linearisation
 from actuator.solve.state import State
@@ -38,7 +38,9 @@ class Pressurisation:
         self.load_derivative: Floats = np.concatenate([rest, inflow])
         size = equilibrium.domain.size
         weights = np.ones(self.size)
-        weights[THETA2] = size**2  # the arm's rotation, by the displacement it makes at the wall
+        kinematics = equilibrium.kinematics
+        # The arm's rotations, by the displacements that they make at the wall.
+        weights[kinematics.of_arm] = np.where([is_angle(name) for name in kinematics.arm.names], size**2, 1.0)
         self._weights = weights / (self.size * (LARGE_DISPLACEMENT * size) ** 2)
         self._seen: tuple[Floats, float, State] | None = None
         self._linearisation: Linearisation | None = None
@@ -60,8 +62,8 @@ class Pressurisation:
         x, p = z[: self.size], z[self.size :]
         rx, rp, nodal, lowest = self.equilibrium.residual(self.chi, x, p)
         rp += (load - 1.0) * self.load_derivative[self.size :]
-        u = self.equilibrium.kinematics.displacement(x)
-        self._seen = z, load, State(self.chi, x, p, u, nodal, self.equilibrium.norm(rx, rp), lowest)
+        u, motion = (map_(x) for map_ in (self.equilibrium.kinematics.displacement, self.equilibrium.kinematics.motion))
+        self._seen = z, load, State(self.chi, x, p, u, nodal, motion, self.equilibrium.norm(rx, rp), lowest)
         return np.concatenate([rx, rp]) if lowest > 0.0 else np.full(len(z), np.inf)
 
     def norm(self, residual: Floats) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from actuator.arrays import Floats
 from actuator.domains.interface import Domain
 from actuator.equations.assembly import scatter_vector
-from actuator.equations.kinematics import ARM, THETA2, Kinematics
+from actuator.equations.kinematics import Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
@@ -20,6 +20,8 @@ from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.state import State
 from actuator.terms import total_objective
 from actuator.terms.design import DesignTerms
+from actuator.terms.goals.bending import PAPER_GOAL
+from actuator.terms.goals.interface import Goal
 from actuator.terms.interface import Derivatives, Fields, Problem, Value
 from actuator.terms.lagrangian import lagrangian_gradient
 
@@ -84,6 +86,7 @@ class ReducedObjective:
         solver: SolverName = "auto",
         threads: int = 2,
         scheme: Scheme = DEFAULT,
+        goal: Goal = PAPER_GOAL,
     ) -> None:
         self.domain, self.load, self.objective = domain, load, objective
         self.equilibrium = Equilibrium(
@@ -91,7 +94,7 @@ class ReducedObjective:
         )
         self.discretisation = self.equilibrium.discretisation
         self.adjoint_tolerance = adjoint_tolerance
-        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective)
+        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective, goal)
         self.total = total_objective(self.problem, self.equilibrium.tangent.darcy)
         self.design = self.total.design
 
@@ -111,8 +114,9 @@ class ReducedObjective:
     def fields(self, chi: Floats, x: Floats, p: Floats) -> Fields:
         """What terms are evaluated at; real or complex, all of one type."""
         kind = np.result_type(chi, x, p)
-        u = self.equilibrium.kinematics.displacement(x)
-        return Fields(*(field.astype(kind, copy=False) for field in (chi, u, p, x[ARM])))
+        kinematics = self.equilibrium.kinematics
+        fields = chi, kinematics.displacement(x), p, kinematics.motion(x)
+        return Fields(*(field.astype(kind, copy=False) for field in fields))
 
     # ------------------------------------------------------------------ gradient
 
@@ -161,9 +165,8 @@ class ReducedObjective:
         )
         self.total.add_gradient(at, into)
         gx = kinematics.force(x, scatter_vector(into.u, geometry.node_cells, len(self.domain.nodes)))
-        gx[ARM] += kinematics.spring_tangent(x) @ lx[ARM]
-        gx[THETA2] += kinematics.second_variation(x, nodal) * lx[THETA2]
-        gx[ARM] += into.arm
+        arm, turning = kinematics.of_arm, kinematics.second_variation(x, nodal)
+        gx[arm] += (kinematics.spring_tangent(x) + turning) @ lx[arm] + kinematics.arm.free(into.arm)
         gp = scatter_vector(into.p, geometry.cells, n) + into.vertex_p
         return scatter_vector(into.chi, geometry.cells, n), gx, gp
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.equations.kinematics import ARM
+from actuator.equations.arm import PAPER_COORDINATES
 
 
 @dataclass(frozen=True)
@@ -16,10 +16,11 @@ class State:
 
     Attributes:
         chi: the design it belongs to, (n_vertices,).
-        x: reduced displacements and T, (n_x,); see :class:`actuator.equations.kinematics.Kinematics`.
+        x: free displacements and T, (n_x,); see :class:`actuator.equations.kinematics.Kinematics`.
         p: pressure, (n_vertices,), N/mm².
         displacement: u, (n_nodes, 3), mm.
         nodal: nodal residual forces, (n_nodes, 3), N; on Γ they are the reactions that replace q.
+        motion: of the arm, (6,), mm and rad, in the order of :data:`actuator.equations.arm.COORDINATES`.
         residual: relative residual; infinite where an element is inverted.
         lowest_jacobian: smallest det F at the quadrature points.
     """
@@ -29,10 +30,11 @@ class State:
     p: Floats
     displacement: Floats
     nodal: Floats
+    motion: Floats
     residual: float = np.inf
     lowest_jacobian: float = np.nan
 
     @property
     def arm(self) -> Floats:
-        """T = [T1, T3 (mm), θ2 (rad)], (3,)."""
-        return self.x[ARM]
+        """T1, T3 (mm) and θ2 (rad), the paper's T, (3,)."""
+        return self.motion[PAPER_COORDINATES]

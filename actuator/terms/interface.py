@@ -17,9 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from actuator.arrays import Floats
+from actuator.equations.arm import COORDINATES
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.material.constants import Constants
 from actuator.parameters import Load, Objective
+from actuator.terms.goals.bending import PAPER_GOAL
+from actuator.terms.goals.interface import Goal
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,14 @@ class Problem:
         coefficients: of the material's laws, as compiled code takes them.
         load: pressure, arm and spring.
         objective: weights and limits.
+        goal: what C_0 is.
     """
 
     discretisation: Discretisation
     coefficients: Constants
     load: Load
     objective: Objective
+    goal: Goal = PAPER_GOAL
 
 
 class Fields(NamedTuple):
@@ -46,7 +51,7 @@ class Fields(NamedTuple):
         chi: χ at the vertices, (n_vertices,).
         u: displacements at the nodes, (n_nodes, 3), mm.
         p: pressure at the vertices, (n_vertices,), N/mm².
-        arm: T = [T1, T3 (mm), θ2 (rad)], (3,).
+        arm: all six coordinates of the arm, mm and rad, (6,); see :data:`actuator.equations.arm.COORDINATES`.
     """
 
     chi: NDArray[Any]
@@ -62,7 +67,7 @@ class Derivatives:
     Attributes:
         chi, u, p: per element, (n_cells, 8), (n_cells, 20, 3) and (n_cells, 8).
         vertex_p: with respect to p at the vertices, (n_vertices,).
-        arm: with respect to T, (3,).
+        arm: with respect to the arm's coordinates, (6,); of a half those that it lacks do not count.
     """
 
     chi: NDArray[Any]
@@ -76,7 +81,7 @@ class Derivatives:
         """Room for the elements' derivatives, not yet set, and zeros for the others."""
         n = len(geometry.cells)
         element = np.empty((n, 8), kind), np.empty((n, 20, 3), kind), np.empty((n, 8), kind)
-        return cls(*element, np.zeros(n_vertices, kind), np.zeros(3, kind))
+        return cls(*element, np.zeros(n_vertices, kind), np.zeros(len(COORDINATES), kind))
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from made_up_domain import Box
 from physics import IDENTITY, LENGTH, Floats, half_cylinder, halvings, parameters, rates, remainders
 
 from actuator.equations.kinematics import Kinematics
 
 DOMAIN = half_cylinder()
+WHOLE = Box(length=LENGTH, width=20.0, height=30.0, along=2, across=1, up=2, growth=1.0, whole=True)
 _, LOAD, _ = parameters()
 
 
@@ -56,25 +58,49 @@ def test_reduced_undoes_displacement(kinematics: Kinematics, x: Floats) -> None:
     assert np.array_equal(kinematics.reduced(kinematics.displacement(x), x[-3:]), x)
 
 
-def test_variation_is_the_derivative_of_displacement(kinematics: Kinematics, x: Floats) -> None:
+@pytest.fixture(params=["half", "whole"])
+def posed(request: pytest.FixtureRequest, kinematics: Kinematics, x: Floats) -> tuple[Kinematics, Floats, Floats]:
+    """The arm of a half, or of a whole with all six coordinates, somewhere, and the nodes."""
+    if request.param == "half":
+        return kinematics, x, DOMAIN.nodes
+    whole = Kinematics(WHOLE, LOAD)
+    turned = np.concatenate([np.random.default_rng(1).normal(size=whole.size - 6), [0.7, 0.2, -2.1, 0.5, 0.9, -0.3]])
+    return whole, turned, WHOLE.nodes
+
+
+def test_variation_is_the_derivative_of_displacement(posed: tuple[Kinematics, Floats, Floats]) -> None:
+    kinematics, x, _ = posed
     dx = direction(kinematics)
     derivative = kinematics.displacement(x + 1e-40j * dx).imag / 1e-40
-    assert kinematics.variation(x, dx) == pytest.approx(derivative, abs=1e-13)
+    assert kinematics.variation(x, dx) == pytest.approx(derivative, abs=1e-12)
 
 
-def test_force_is_the_exact_transpose_of_variation(kinematics: Kinematics, x: Floats) -> None:
-    dx, nodal = direction(kinematics), np.random.default_rng(3).normal(size=DOMAIN.nodes.shape)
+def test_force_is_the_exact_transpose_of_variation(posed: tuple[Kinematics, Floats, Floats]) -> None:
+    kinematics, x, nodes = posed
+    dx, nodal = direction(kinematics), np.random.default_rng(3).normal(size=nodes.shape)
     work = np.sum(nodal * kinematics.variation(x, dx))
-    assert kinematics.force(x, nodal) @ dx == pytest.approx(work, rel=1e-13)
+    assert kinematics.force(x, nodal) @ dx == pytest.approx(work, rel=1e-12)
 
 
-def test_second_variation_is_the_derivative_of_force(kinematics: Kinematics, x: Floats) -> None:
-    nodal = np.random.default_rng(3).normal(size=DOMAIN.nodes.shape)
-    turn = np.zeros(kinematics.size)
-    turn[-1] = 1.0
-    derivative = kinematics.force(x + 1e-40j * turn, nodal).imag / 1e-40
-    assert kinematics.second_variation(x, nodal) == pytest.approx(derivative[-1], rel=1e-13)
-    assert np.all(derivative[:-1] == 0.0)
+def test_second_variation_is_the_derivative_of_force(posed: tuple[Kinematics, Floats, Floats]) -> None:
+    kinematics, x, nodes = posed
+    nodal = np.random.default_rng(3).normal(size=nodes.shape)
+    second, arm = kinematics.second_variation(x, nodal), kinematics.of_arm
+    for k, number in enumerate(range(kinematics.size)[arm]):
+        turn = np.zeros(kinematics.size)
+        turn[number] = 1.0
+        derivative = kinematics.force(x + 1e-40j * turn, nodal).imag / 1e-40
+        assert second[k] == pytest.approx(derivative[arm], rel=1e-12, abs=1e-11)
+        assert np.all(derivative[: arm.start] == 0.0)
+
+
+def test_a_whole_arm_moves_rigidly(posed: tuple[Kinematics, Floats, Floats]) -> None:
+    kinematics, x, nodes = posed
+    tip = kinematics.tip
+    moved = (nodes + kinematics.displacement(x))[tip]
+    np.testing.assert_allclose(
+        np.linalg.norm(moved - moved[0], axis=1), np.linalg.norm(nodes[tip] - nodes[tip][0], axis=1), atol=1e-12
+    )
 
 
 # ------------------------------------------------------------------------------------------------ spring
