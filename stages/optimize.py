@@ -129,7 +129,7 @@ def run(
         checkpoint, fields = partial(optimiser.checkpoint, progress), partial(_fields, progress.evaluation, units)
         observer(DesignUpdate(recorded(progress.history[-1], units), optimizer.max_updates, checkpoint, fields))
 
-    if held(settings):
+    if held(settings) and settings.objective.goal is None:
         observer(Message(HELD))
     if resume is None:
         first = first_design(settings.initial, settings, initial)

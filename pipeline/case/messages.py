@@ -43,6 +43,10 @@ class Messages:
             known = context.get("expected_tags") or ", ".join(f"'{each}'" for each in self._kinds(path))
             wrong = f"'{shown(found)}' is unknown" if found else "is missing"
             return f"{key}.{name}: {wrong}; write one of {known}"
+        if kind in ("too_short", "too_long"):
+            least, most = (context.get(f"{end}_length") for end in ("min", "max"))
+            due = f"{'at least' if least else 'at most'} {least or most}"
+            return f"{key}: must have {due} entries, not {context['actual_length']}; change the list"
         if kind == "extra_forbidden":
             return f"{key}: {self._unknown_key(path)}"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
