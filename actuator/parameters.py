@@ -100,6 +100,22 @@ class Load:
 
 
 @dataclass(frozen=True)
+class LoadCase:
+    """One of the loads that a design has to carry, each in a state of its own.
+
+    Attributes:
+        load: pressure, arm and spring.
+        weight: factor on what the state is wanted for: C_0 and the terms that the paper does not have. Leak and strain
+            energy are penalties for limits that hold under every load, whatever that weighs.
+        name: to tell it from others; empty if it is the only one.
+    """
+
+    load: Load
+    weight: float = 1.0
+    name: str = ""
+
+
+@dataclass(frozen=True)
 class Objective:
     """Weights and limits of Eqs. (9) to (15) and Appendix B.
 
