@@ -94,6 +94,7 @@ def run(
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
+    from actuator.load_case import LoadCase
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
@@ -108,14 +109,13 @@ def run(
     objective = ReducedObjective(
         domain,
         material,
-        load,
+        [LoadCase(load, goal=core.goal(load))],
         limits,
         state_tolerance=optimizer.state_tolerance,
         adjoint_tolerance=optimizer.adjoint_tolerance,
         solver=compute.linear_solver,
         threads=compute.threads,
         scheme=settings.elements.scheme(),
-        goal=core.goal(load),
     )
     optimiser = Optimiser(
         objective,

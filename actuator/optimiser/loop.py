@@ -131,18 +131,18 @@ class Optimiser:
 
     def checkpoint(self, progress: Progress) -> dict[str, Floats]:
         """Everything :meth:`resume` needs, as arrays."""
-        state = progress.evaluation.state
+        at = progress.evaluation
         columns = {f"history.{key}": np.array([r[key] for r in progress.history]) for key in progress.history[0]}
         return {
-            "chi": state.chi,
-            "x": state.x,
-            "p": state.p,
+            "chi": at.chi,
+            "x": at.x,
+            "p": at.p,
             "adjoint_x": progress.gradient.adjoint[0],
             "adjoint_p": progress.gradient.adjoint[1],
             "gradient": progress.gradient.total,
             "curvature": progress.curvature.pairs,
             "scalars": np.array([progress.dt, progress.trust.stiffness, progress.trust.reach]),
-            **{f"factors.{key}": value for key, value in self.objective.equilibrium.factors.items()},
+            **{f"factors.{key}": value for key, value in self.objective.factors.items()},
             **columns,
         }
 
@@ -158,7 +158,7 @@ class Optimiser:
             {key.removeprefix(group): np.array(value) for key, value in arrays.items() if key.startswith(group)}
             for group in ("history.", "factors.")
         )
-        self.objective.equilibrium.restore_factors(factors)
+        self.objective.restore_factors(factors)
         rows = len(next(iter(columns.values())))
         history = [{key: float(column[i]) for key, column in columns.items()} for i in range(rows)]
         last, work = history[-1], self.objective.equilibrium.work
@@ -291,11 +291,24 @@ class Optimiser:
             "dt": dt,
             "stationarity": stationarity(at, progress.gradient, self.metric),
             **at.measures,
+            **self._by_case(at),
             **{key: float(getattr(work, key)) for key in COUNTS},
             "inner": float(progress.inner),
             **{f"seconds_{part}": seconds for part, seconds in progress.seconds.items()},
             "seconds": sum(progress.seconds.values()),
         }
+
+    def _by_case(self, at: Evaluation) -> Record:
+        """What several load cases do, in columns with their names behind a point; C_0 without its weight."""
+        record: Record = {}
+        for case, state, values in zip(self.objective.cases, at.states, at.of_cases, strict=True):
+            if not case.case.name:
+                continue
+            found = {"C0": values["C0"].value / case.case.weight, "C_p": values["C_p"].value}
+            found |= dict(zip(("T1", "T3", "theta2"), map(float, state.arm), strict=True))
+            found |= values["C_psi"].measures
+            record |= {f"{name}.{case.case.name}": value for name, value in found.items()}
+        return record
 
 
 class _Clock:

@@ -9,15 +9,18 @@ value, gradient and Hessian at δ = 0 are those of the reduced objective. Nothin
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from actuator.arrays import Floats
 from actuator.optimiser.controls import CONTROLS
 from actuator.solve.flow import Inverted
-from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
-from actuator.solve.sensitivity import Sensitivity
+from actuator.solve.reduced import Evaluation, Gradient, LoadedCase, ReducedObjective
+from actuator.solve.sensitivity import JointSensitivity, Sensitivity
+from actuator.solve.stacking import stacked, summed
 from actuator.terms.design import DesignTerms
 
 #: Change of χ over which :meth:`Model.diagonal` takes its difference: six digits, of which an estimate needs one.
@@ -26,17 +29,17 @@ DIFFERENCE = 1e-6
 
 @dataclass
 class ModelPoint:
-    """The model at a step, without the step term.
+    """The model at a step, without the step term; of several load cases, what belongs to states one after the other.
 
     Attributes:
-        delta, dx: δ (n_vertices,) and S δ (n_x,).
-        chi, x, p: design and predicted state.
+        delta, dx: δ (n_vertices,) and S δ (n_cases n_x,).
+        chi, x, p: design and predicted states.
         value: m(δ).
-        force: residual of the mechanical equations, (n_x,).
-        tip: nodal residual forces, right on Γ only, (n_nodes, 3), N.
+        force: residual of the mechanical equations, (n_cases n_x,).
+        tip: nodal residual forces, right on Γ only, (n_cases n_nodes, 3), N.
         design: the terms that depend on χ alone.
         gradient: dm/dδ, (n_vertices,); from :meth:`Model.gradient`.
-        flow_adjoint: multiplier of R_p, (n_vertices,); from :meth:`Model.gradient`.
+        flow_adjoint: multiplier of R_p, (n_cases n_vertices,); from :meth:`Model.gradient`.
     """
 
     delta: Floats
@@ -67,9 +70,14 @@ class Model:
 
     def __init__(self, objective: ReducedObjective, at: Evaluation, gradient: Gradient, *, fresh: bool = True) -> None:
         self._objective, self._at = objective, at
-        self.sensitivity = Sensitivity(objective.equilibrium, at.state, fresh=fresh)
+        self.sensitivity = JointSensitivity(
+            [
+                Sensitivity(case.equilibrium, state, fresh=fresh)
+                for case, state in zip(objective.cases, at.states, strict=True)
+            ]
+        )
         self._adjoint = gradient.adjoint[0]
-        self._no_force, self._no_flow = np.zeros_like(at.state.x), np.zeros_like(at.state.p)
+        self._no_force, self._no_flow = np.zeros_like(at.x), np.zeros_like(at.p)
 
     def start(self) -> ModelPoint:
         """The model at δ = 0."""
@@ -79,35 +87,44 @@ class Model:
 
     def __call__(self, delta: Floats, dx: Floats) -> ModelPoint | None:
         """Evaluate at a step with its S δ; None if an element inverts there."""
-        objective, equilibrium = self._objective, self._objective.equilibrium
-        chi, x = self._at.chi + delta, self._at.state.x + dx
+        objective, chi, x = self._objective, self._at.chi + delta, self._at.x + dx
         try:
-            p = equilibrium.pressure(chi, x)
+            p = stacked([case.equilibrium.pressure(chi, own) for case, own in self._by_case(x)])
         except Inverted:
             return None
-        force, _, nodal, _ = equilibrium.residual(chi, x, p)
+        found = [case.equilibrium.residual(chi, *own) for case, *own in self._by_case(x, p)]
+        force, nodal = (stacked([parts[i] for parts in found]) for i in (0, 2))
         design = objective.design(chi)
         terms = objective.total.value(design, objective.fields(chi, x, p))
         value = terms + float(self._adjoint @ force)
         return ModelPoint(delta, dx, chi, x, p, value, force, nodal, design)
+
+    def _by_case(self, *whole: Floats) -> Iterator[tuple[Any, ...]]:
+        """Every load case with its parts of what stands one after the other."""
+        return zip(self._objective.cases, *map(self._objective.split, whole), strict=True)
 
     def corrected(self, at: ModelPoint) -> ModelPoint | None:
         """The model with the displacements moved by one step of Newton's method with the factors at hand.
 
         The difference of the two values is a measure of how far the model may be trusted there.
         """
-        return self(at.delta, at.dx - self.sensitivity.linearisation.mechanics(at.force))
+        return self(at.delta, at.dx - self.sensitivity.mechanics(at.force))
 
     def gradient(self, at: ModelPoint) -> Floats:
         """dm/dδ at a point, (n_vertices,); kept there."""
         if at.gradient is not None:
             return at.gradient
-        equilibrium = self._objective.equilibrium
         g_chi, g_x, g_p = self._objective.derivatives(at.chi, at.x, at.p, self._adjoint, self._no_flow, at.tip)
-        at.flow_adjoint = equilibrium.flow(at.chi, at.x).solve(-g_p)
-        px, pc = equilibrium.tangent.flow_blocks(equilibrium.coefficients, at.chi, at.x, at.p)
-        of_state = self.sensitivity.transposed(g_x + px.T @ at.flow_adjoint)
-        at.gradient = at.design.gradient + g_chi + pc.T @ at.flow_adjoint + of_state
+        adjoints, by_x, by_chi = [], [], []
+        for case, x, p, own in self._by_case(at.x, at.p, g_p):
+            equilibrium = case.equilibrium
+            adjoints.append(equilibrium.flow(at.chi, x).solve(-own))
+            px, pc = equilibrium.tangent.flow_blocks(equilibrium.coefficients, at.chi, x, p)
+            by_x.append(px.T @ adjoints[-1])
+            by_chi.append(pc.T @ adjoints[-1])
+        at.flow_adjoint = stacked(adjoints)
+        of_state = self.sensitivity.transposed(g_x + stacked(by_x))
+        at.gradient = at.design.gradient + g_chi + summed(by_chi) + of_state
         return at.gradient
 
     def diagonal(self, at: ModelPoint, probes: int = CONTROLS.curvature_probes) -> Floats:
@@ -126,10 +143,19 @@ class Model:
             for chi in (at.chi, at.chi + DIFFERENCE)
         )
         held = np.abs(there - here) / DIFFERENCE
-        weights = self._objective.total.pressure_roots()
+        leaks = [
+            self._leak_diagonal(case, part, at.chi, x, probes)
+            for (case, x), part in zip(self._by_case(at.x), self.sensitivity.parts, strict=True)
+        ]
+        return summed([held, *(leak for leak in leaks if leak is not None)])
+
+    @staticmethod
+    def _leak_diagonal(case: LoadedCase, of: Sensitivity, chi: Floats, x: Floats, probes: int) -> Floats | None:
+        """What the leak of one load case adds to the diagonal; None if it has none."""
+        weights = case.terms.pressure_roots()
         if weights is None:
-            return held
+            return None
         signs = np.random.default_rng(0).choice((-1.0, 1.0), (len(weights), probes))
-        flow = self._objective.equilibrium.flow(at.chi, at.x)
-        responses = self.sensitivity.linearisation.tangent.pc.T @ flow.solve(weights[:, None] * signs, check=False)
-        return np.asarray(held + np.mean(responses**2, axis=1))
+        flow = case.equilibrium.flow(chi, x)
+        responses = of.linearisation.tangent.pc.T @ flow.solve(weights[:, None] * signs, check=False)
+        return np.asarray(np.mean(responses**2, axis=1))

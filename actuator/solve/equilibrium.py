@@ -27,6 +27,8 @@ AT_REST = "raise material.hessian_regularisation, {}or begin with a design whose
 LOWER = "lower load.pressure_ratio, "
 #: A pressure below this share of G strains the solid by less than a thousandth or so: it is not what hinders.
 GENTLE = 1e-3
+#: What is stored of factors: the design and state that they belong to, and how much they have been used.
+FACTORS = ("chi", "x", "p", "uses")
 NEARBY = "take a smaller design step, or raise material.hessian_regularisation"
 
 
@@ -45,6 +47,7 @@ class Equilibrium:
         threads: used by the direct solver.
         scheme: numerical choices. By default the mechanical block is factorised in single precision: it only
             preconditions, and costs half.
+        beside: the equations of the same case under another load, to share the discretisation and the counts with.
     """
 
     def __init__(
@@ -58,9 +61,10 @@ class Equilibrium:
         solver: SolverName = "auto",
         threads: int = 2,
         scheme: Scheme = DEFAULT,
+        beside: Equilibrium | None = None,
     ) -> None:
         self.domain, self.scheme = domain, scheme
-        self.discretisation = Discretisation(domain, scheme)
+        self.discretisation: Discretisation = beside.discretisation if beside else Discretisation(domain, scheme)
         self.geometry = self.discretisation.geometry
         self.kinematics = Kinematics(domain, load, scheme.element)
         self.coefficients = constants_of(material, load, objective)
@@ -68,7 +72,7 @@ class Equilibrium:
         self.source = self.discretisation.source(material.drainage)
         self.tangent = Tangent(self.discretisation, self.kinematics)
         self.tolerance, self.solver, self.threads = tolerance, solver, threads
-        self.work = Work()
+        self.work: Work = beside.work if beside else Work()
         mechanics = self.tangent.mechanics
         self._workspace = Workspace(
             self.tangent,
@@ -275,7 +279,7 @@ class Equilibrium:
         workspace = self._workspace
         if (of := workspace.factors_of) is None:
             return {}
-        return {"chi": of.chi, "x": of.x, "p": of.p, "uses": np.array(workspace.uses, dtype=np.float64)}
+        return dict(zip(FACTORS, (of.chi, of.x, of.p, np.array(workspace.uses, dtype=np.float64)), strict=True))
 
     def restore_factors(self, factors: dict[str, Floats]) -> None:
         """Factorise where the stored :attr:`factors` come from, so that all goes on as it did there."""

@@ -7,11 +7,14 @@ exact gradient and a symmetric Hessian, however rough the map.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from actuator.arrays import Floats
 from actuator.equations.tangent_kernels import design_tangent
 from actuator.solve.equilibrium import Equilibrium
+from actuator.solve.stacking import split, stacked, summed
 from actuator.solve.state import State
 
 #: Sweeps. One sweep leaves an error of the order of the coupling's contraction rate, 0.03 on a typical design.
@@ -55,3 +58,28 @@ class Sensitivity:
             lx = linearisation.mechanics(gradient - tangent.px.T @ lp)
             lp = linearisation.flow(-(tangent.xp.T @ lx))
         return -(self._forces.T @ lx) - tangent.pc.T @ lp
+
+
+class JointSensitivity:
+    """S of several load cases: dx of all of them, one after the other, for one dχ.
+
+    Args:
+        parts: of each load case.
+    """
+
+    def __init__(self, parts: Sequence[Sensitivity]) -> None:
+        self.parts = tuple(parts)
+
+    def __matmul__(self, direction: Floats) -> Floats:
+        """dx (n_cases n_x,) of a change of the design (n_vertices,)."""
+        return stacked([part @ direction for part in self.parts])
+
+    def transposed(self, gradient: Floats) -> Floats:
+        """Sᵀ g, (n_vertices,), of a derivative with respect to x (n_cases n_x,)."""
+        each = split(gradient, len(self.parts))
+        return summed([part.transposed(own) for part, own in zip(self.parts, each, strict=True)])
+
+    def mechanics(self, rx: Floats) -> Floats:
+        """K_xx⁻¹ rx of every load case, (n_cases n_x,), with the factors at hand."""
+        each = split(rx, len(self.parts))
+        return stacked([part.linearisation.mechanics(own) for part, own in zip(self.parts, each, strict=True)])

@@ -83,6 +83,10 @@ class Derivatives:
         element = np.empty((n, 8), kind), np.empty((n, 20, 3), kind), np.empty((n, 8), kind)
         return cls(*element, np.zeros(n_vertices, kind), np.zeros(len(COORDINATES), kind))
 
+    def blank(self) -> Derivatives:
+        """Zeros of the same shapes and type."""
+        return Derivatives(*map(np.zeros_like, vars(self).values()))
+
 
 @dataclass(frozen=True)
 class Value:

@@ -59,7 +59,7 @@ def test_each_term_changes_gradient_and_product_by_its_own() -> None:
     chi = start_of(plain.domain) - 1.0
     at, with_mass = plain.evaluate(chi), more.evaluate(chi)
     d = np.sin(plain.domain.points @ [0.2, 0.5, -0.1])
-    term = Mass(more.problem, weight=2.0)
+    term = Mass(more.cases[0].problem, weight=2.0)
     h = 1e-5
     slope = (term.value(chi + h * d) - term.value(chi - h * d)) / (2.0 * h)
     bend = (term.value(chi + 1e-3 * d) - 2.0 * term.value(chi) + term.value(chi - 1e-3 * d)) / 1e-6

@@ -161,7 +161,7 @@ def test_diagonal_is_what_holding_the_state_leaves_plus_the_leak(
         return objective.derivatives(chi, start.x, start.p, adjoint, start.flow_adjoint, start.tip)[0]
 
     state_held = np.abs(held(start.chi + h) - held(start.chi - h)) / (2.0 * h)
-    leak, matrix = np.empty(len(start.chi)), objective.total.leak.matrix
+    leak, matrix = np.empty(len(start.chi)), objective.total.cases[0].leak.matrix
     for vertex, unit in enumerate(np.eye(len(start.chi))):
         ahead, behind = (objective.equilibrium.pressure(start.chi + e * unit, start.x) for e in (h, -h))
         dp = (ahead - behind) / (2.0 * h)

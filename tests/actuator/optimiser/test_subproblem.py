@@ -189,7 +189,7 @@ def test_no_bound_without_a_weight() -> None:
     given = problem(inside=True, pairs=3)
     _, load, objective = parameters(passive_weight=0.0)
     terms = Terms(given.objective.discretisation, coefficients(), load, objective)
-    free = total_objective(terms, given.objective.design.gather).design
+    free = total_objective([terms], [1.0], given.objective.design.gather).design
     subproblem = Subproblem(free, given.objective.equilibrium.vertex_solver(), given.norm)
     proposal = subproblem.solve(given.chi, free.value(given.chi), given.linear, given.curvature, given.quadratic, FAR)
     bounded = given.solve()

@@ -47,7 +47,7 @@ def reduced() -> ReducedObjective:
 def design_objective(reduced: ReducedObjective, **weights: float) -> DesignObjective:
     *_, objective = parameters(**weights)
     problem = Problem(reduced.discretisation, coefficients(), LOAD, objective)
-    return total_objective(problem, reduced.design.gather).design
+    return total_objective([problem], [1.0], reduced.design.gather).design
 
 
 def value(terms: DesignTerms, name: str) -> float:
@@ -240,7 +240,7 @@ def test_design_terms_and_product_fit_together(reduced: ReducedObjective) -> Non
 
 def test_leak_of_known_pressures_on_the_wall(reduced: ReducedObjective) -> None:
     """C_p = c_p/2 (p/p_in)² averaged over the wall."""
-    p_in, leak = reduced.load.pressure, reduced.total.leak
+    p_in, leak = reduced.load.pressure, reduced.total.cases[0].leak
     flat, rising = 0.3 * p_in * ONES, p_in * X[:, 0] / LENGTH
     assert 0.5 * flat @ leak.matrix @ flat == pytest.approx(0.5e6 * 0.09, rel=1e-12)
     assert 0.5 * rising @ leak.matrix @ rising == pytest.approx(0.5e6 / 3.0, rel=1e-12)
