@@ -171,5 +171,7 @@ class ProblemSettings(Section):
             radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
         )
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
-        limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **objective.model_dump())
+        limits = Objective.from_strain_limit(
+            youngs_modulus=self.material.youngs_modulus, halves=domain.halves, **objective.model_dump()
+        )
         return material, load, limits
