@@ -110,6 +110,8 @@ class Objective:
         interface_width, diffusivity_length: L_i and L_t, mm.
         length_unit: what the paper calls 1 mm in Eqs. (14), (15), (20), (21) and (22), whose numbers have units, mm.
         energy_shift: shift of χ in C_Ψ, Eq. (14), dimensionless.
+        halves: how many halves of the actuator Ω is. C_0 and C_p are of either the same; weights of what grows with Ω
+            are such that the terms of a whole are those of a half of it, and so are their minimisers.
         terms: parameters of the terms that the paper does not have, by name (:data:`actuator.terms.TERMS`).
     """
 
@@ -123,6 +125,7 @@ class Objective:
     diffusivity_length: float
     length_unit: float = 1.0
     energy_shift: float = 0.0
+    halves: int = 1
     terms: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
@@ -133,6 +136,8 @@ class Objective:
         strain_limit: float,
         interface_width: float,
         length_unit: float = 1.0,
+        halves: int = 1,
+        area_weight: float,
         slope_weight: float,
         strain_energy_weight: float,
         passive_weight: float,
@@ -142,11 +147,14 @@ class Objective:
     ) -> Objective:
         """Ψ_lim = E ε² / 2 for an allowable strain ε; weights of integrals over Ω count it in the length unit cubed.
 
+        The weights given are of half an actuator.
+
         Args:
+            halves: how many of them Ω is; c_A is divided by their cube root, as C_A has |Ω|^(-2/3) before its integral.
             diffusivity_length: 5 L_i as in Table 1, if None.
             strain_energy_shift: "4/L_i" is what Eq. (14) prints, with L_i counted in the length unit.
         """
-        volume, shift = length_unit**3, strain_energy_shift
+        volume, shift = length_unit**3 * halves, strain_energy_shift
         if isinstance(shift, str):
             shift = float(shift.partition("/")[0]) / (interface_width / length_unit)
         return cls(
@@ -154,7 +162,9 @@ class Objective:
             interface_width=interface_width,
             diffusivity_length=5.0 * interface_width if diffusivity_length is None else diffusivity_length,
             length_unit=length_unit,
-            slope_weight=slope_weight * volume,
+            halves=halves,
+            area_weight=area_weight / halves ** (1.0 / 3.0),
+            slope_weight=slope_weight * length_unit**3 / halves,
             strain_energy_weight=strain_energy_weight / volume,
             passive_weight=passive_weight / volume,
             energy_shift=shift,

@@ -114,7 +114,7 @@ class Skewed(HalfCylinder):
 
 def smallest_angle(domain: HalfCylinder) -> float:
     """Of the section's cells, degrees."""
-    points, cells = domain._section
+    points, cells = domain.section
     corners = points[cells[:, [0, 1, 1, 0], [0, 0, 1, 1]]]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cosine = (ahead * back).sum(-1) / np.linalg.norm(ahead, axis=-1) / np.linalg.norm(back, axis=-1)

@@ -58,8 +58,8 @@ class DomainSettings(Section):
         return self.domain_type()(**self.model_dump(exclude={"shape"}))
 
 
-class HalfCylinderSettings(DomainSettings):
-    """Design domain and mesh: half a cylinder, O-grid section times layers (Table 1)."""
+class RoundSettings(DomainSettings):
+    """Sizes and mesh of a cylinder, O-grid section times layers (Table 1)."""
 
     lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
     counts: ClassVar[tuple[str, ...]] = ("core_cells", "rings", "layers")
@@ -69,7 +69,6 @@ class HalfCylinderSettings(DomainSettings):
     core_cells: int = Field(12, ge=1, le=200, description="m, cells along a quarter of the section's core [-]")
     rings: int = Field(5, ge=1, le=200, description="k, rings of cells around the core [-]; N23 = 2 (m² + 2 m k)")
     layers: int = Field(18, ge=1, le=1000, description="N1, cells along X1 [-]")
-    shape: Literal["half-cylinder"] = Field("half-cylinder", description="which design domain")
 
     @property
     def size(self) -> float:
@@ -78,8 +77,14 @@ class HalfCylinderSettings(DomainSettings):
 
     @property
     def cells(self) -> int:
-        """N1 N23."""
-        return 2 * self.core_cells * (self.core_cells + 2 * self.rings) * self.layers
+        """N1 N23, for both halves where both are meshed."""
+        return 2 * self.halves * self.core_cells * (self.core_cells + 2 * self.rings) * self.layers
+
+
+class HalfCylinderSettings(RoundSettings):
+    """Design domain and mesh: half a cylinder, O-grid section times layers (Table 1)."""
+
+    shape: Literal["half-cylinder"] = Field("half-cylinder", description="which design domain")
 
     @classmethod
     def domain_type(cls) -> Callable[..., Domain]:
@@ -89,8 +94,27 @@ class HalfCylinderSettings(DomainSettings):
         return HalfCylinder
 
 
+class CylinderSettings(RoundSettings):
+    """Design domain and mesh: the whole cylinder, twice the cells of the half; no symmetry is assumed."""
+
+    shape: Literal["cylinder"] = Field("cylinder", description="which design domain")
+
+    @property
+    def halves(self) -> int:
+        """Both."""
+        return 2
+
+    @classmethod
+    def domain_type(cls) -> Callable[..., Domain]:
+        """The whole cylinder."""
+        from actuator.domains.cylinder import Cylinder  # as above
+
+        return Cylinder
+
+
 #: Settings of the domains by ``shape``.
 DOMAINS: Registry[type[DomainSettings]] = Registry("domain")
 DOMAINS.register("half-cylinder", HalfCylinderSettings)
+DOMAINS.register("cylinder", CylinderSettings)
 
 AnyDomainSettings = Annotated[DomainSettings, Kinds(DOMAINS, "shape", default="half-cylinder")]

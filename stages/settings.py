@@ -182,7 +182,9 @@ class ProblemSettings(Section):
         )
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
         weights = objective.model_dump(exclude={"goal"})
-        limits = Objective.from_strain_limit(youngs_modulus=self.material.youngs_modulus, **weights)
+        limits = Objective.from_strain_limit(
+            youngs_modulus=self.material.youngs_modulus, halves=domain.halves, **weights
+        )
         return material, load, limits
 
     def goal(self, load: Load) -> Goal:

@@ -7,23 +7,22 @@ X2 = 0. Axes are X1 (cylinder axis), X2 (normal to the symmetry plane), X3 (bend
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import MeshHex
 
 from actuator.arrays import Floats, Ints
 from actuator.domains import o_grid
-from actuator.domains.interface import HEX_OFFSETS, Domain, Parameter
+from actuator.domains.interface import Parameter
 from actuator.domains.smooth_minimum import smooth_minimum
-from actuator.domains.tetrahedra import Tetrahedra, swept
+from actuator.domains.swept import Swept
 
 
 @dataclass(frozen=True)
-class HalfCylinder(Domain):
+class HalfCylinder(Swept):
     """Hexahedral mesh of the half cylinder ``0 <= X1 <= length``, ``X2 >= 0``, ``r <= radius``.
 
     The section has 2 (m² + 2 m k) cells: a core of m x m cells per quarter and k rings around it;
@@ -70,52 +69,14 @@ class HalfCylinder(Domain):
             "layers": Parameter(self.layers, "1", "cells along X1"),
         }
 
-    # ---------------------------------------------------------------- section
-
-    @property
-    def section_cells(self) -> int:
-        """Number of cells in one section, N23."""
-        return 2 * self.core_cells * (self.core_cells + 2 * self.rings)
-
     @cached_property
-    def _section(self) -> tuple[Floats, Ints]:
-        """Section points (ns, 2) as (X2, X3), and cells (nc, 2, 2) indexed by the two local axes."""
+    def half_section(self) -> tuple[Floats, Ints]:
+        """The O-grid of half a disk."""
         return o_grid.half_disk(self.radius, self.core_cells, self.rings)
 
-    @property
-    def section_points(self) -> int:
-        """Number of vertices in one section."""
-        return len(self._section[0])
-
-    # ------------------------------------------------------------------- mesh
-
-    @cached_property
-    def mesh(self) -> MeshHex:
-        """Vertices and 8-node cells; cell ``layer * section_cells + c`` is section cell ``c`` of that layer."""
-        plane, quads = self._section
-        ns, levels = len(plane), self.layers + 1
-        x1 = np.linspace(0.0, self.length, levels)
-        points = np.empty((3, ns * levels))
-        points[0] = np.repeat(x1, ns)
-        points[1:] = np.tile(plane.T, levels)
-        axial, second, third = HEX_OFFSETS.T
-        base = quads[:, second, third].T  # (8, nc)
-        cells = (base[:, None, :] + ns * (axial[:, None] + np.arange(self.layers))[:, :, None]).reshape(8, -1)
-        return MeshHex(points, cells.astype(np.int32))
-
-    @property
-    def representatives(self) -> Ints:
-        """The cells of the first layer, of which those of the others are translates, (section_cells,)."""
-        return np.arange(self.section_cells)
-
-    @property
-    def cell_class(self) -> Ints:
-        """The section cell of each cell, (n_cells,)."""
-        return np.tile(np.arange(self.section_cells), self.layers)
-
-    def tetrahedra(self) -> Tetrahedra:
-        """Six of each cell, along its section's shorter diagonal."""
-        return swept(self.points, self.cells[: self.section_cells], self.layers, self.section_points)
+    def half_section_prolongation(self, factor: int) -> sp.csr_array:
+        """Interpolation in the reference coordinates of the O-grid's cells."""
+        return o_grid.prolongation(self.core_cells, self.rings, factor)
 
     def outline(self) -> Floats:
         """The half disk with a round wall, whatever the mesh, (n, 2), mm."""
@@ -145,7 +106,7 @@ class HalfCylinder(Domain):
 
     # ------------------------------------------------------------- refinement
 
-    def refined(self, factor: int) -> HalfCylinder:
+    def refined(self, factor: int) -> Self:
         """The same cylinder with ``factor`` times the cells in all three directions.
 
         Every vertex is placed by the exact map of the section, so new ones at r = R lie on the cylinder,
@@ -153,17 +114,8 @@ class HalfCylinder(Domain):
         """
         if factor < 1:
             raise ValueError("the refinement factor must be at least 1")
-        return HalfCylinder(
-            self.radius, self.length, factor * self.core_cells, factor * self.rings, factor * self.layers
-        )
-
-    def prolongation(self, factor: int) -> sp.csr_array:
-        """Trilinear interpolation from the vertices of this mesh to those of :meth:`refined`.
-
-        Interpolation is in the reference coordinates of each cell. Shape (n_fine, n_coarse), rows sum to 1.
-        """
-        section = o_grid.prolongation(self.core_cells, self.rings, factor)
-        return sp.kron(o_grid.line_weights(self.layers, factor), section, format="csr")
+        finer = {name: factor * getattr(self, name) for name in ("core_cells", "rings", "layers")}
+        return replace(self, **finer)
 
 
 def _radii(points: Floats) -> Floats:

@@ -89,6 +89,18 @@ def swept(points: Floats, section: Ints, layers: int, step: int) -> Tetrahedra:
     return Tetrahedra(_positive(points, corners), (cells + len(section) * np.arange(layers)[:, None]).ravel())
 
 
+def mirrored(half: Tetrahedra, image: Ints, cells: int) -> Tetrahedra:
+    """Tetrahedra of a half and their mirror images, whose corners are exchanged so that volumes stay positive.
+
+    Args:
+        half: of the half.
+        image: for every vertex of the half its mirror image, (n_vertices,); itself on the symmetry plane.
+        cells: what the number of a cell's mirror image is higher by.
+    """
+    images = image[half.corners][:, [0, 1, 3, 2]]
+    return Tetrahedra(np.concatenate([half.corners, images]), np.concatenate([half.cells, half.cells + cells]))
+
+
 def _positive(points: Floats, corners: Ints) -> Ints:
     """The same tetrahedra, two corners exchanged where the volume is negative."""
     edges = points[corners[:, 1:]] - points[corners[:, :1]]

@@ -22,6 +22,7 @@ from actuator.optimiser.inner import InnerProblem, InnerStep, Trust
 from actuator.optimiser.model import Model, ModelPoint
 from actuator.optimiser.stationarity import stationarity
 from actuator.solve.reduced import Evaluation, Gradient, ReducedObjective
+from actuator.solve.state import State
 from actuator.terms.step import Metric
 
 #: Counts of work that the history holds, and the parts that seconds are booked on.
@@ -281,13 +282,12 @@ class Optimiser:
 
     def _record(self, progress: Progress, dt: float) -> Record:
         at, work = progress.evaluation, self.objective.equilibrium.work
-        arm = self.objective.equilibrium.kinematics.arm
         return {
             "update": float(len(progress.history)),
             "evaluations": float(progress.evaluations),
             "C": at.value,
             **at.terms,
-            **{name: float(at.state.motion[COORDINATES.index(name)]) for name in arm.names},
+            **self._motion(at.state),
             "dt": dt,
             "stationarity": stationarity(at, progress.gradient, self.metric),
             **at.measures,
@@ -298,6 +298,11 @@ class Optimiser:
             "seconds": sum(progress.seconds.values()),
         }
 
+    def _motion(self, state: State) -> Record:
+        """The coordinates of the arm that are free, by name."""
+        names = self.objective.equilibrium.kinematics.arm.names
+        return {name: float(state.motion[COORDINATES.index(name)]) for name in names}
+
     def _by_case(self, at: Evaluation) -> Record:
         """What several load cases do, in columns with their names behind a point; C_0 without its weight."""
         record: Record = {}
@@ -305,7 +310,7 @@ class Optimiser:
             if not case.case.name:
                 continue
             found = {"C0": values["C0"].value / case.case.weight, "C_p": values["C_p"].value}
-            found |= dict(zip(("T1", "T3", "theta2"), map(float, state.arm), strict=True))
+            found |= self._motion(state)
             found |= values["C_psi"].measures
             record |= {f"{name}.{case.case.name}": value for name, value in found.items()}
         return record

@@ -45,9 +45,10 @@ class Widths:
         out = np.clip((self.gap - least_gap) / margin, 0.0, 1.0)
         return derivative * np.where(derivative > 0.0, into, out)
 
-    def lack(self, least_wall: float) -> Floats:
-        """What walls lack to their least width, (n,), mm."""
-        return np.maximum(least_wall - self.wall, 0.0)
+    def lack(self, least_wall: float, least_gap: float, margin: float) -> Floats:
+        """What walls lack to their least width, (n,), mm; in narrow gaps it is left to the wall's other side."""
+        out = np.clip((self.gap - least_gap) / margin, 0.0, 1.0)
+        return out * np.maximum(least_wall - self.wall, 0.0)
 
 
 def widths(surface: Surface, places: Floats, outward: Floats) -> Widths:

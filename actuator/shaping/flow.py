@@ -284,7 +284,7 @@ class Flow:
         if violation > -controls.slack:
             relief = violation / square * strain
             change -= min(controls.strain_share, self._within(relief, controls.strain_move, motion)) * relief
-        lack = known.widths.lack(least_wall)
+        lack = known.widths.lack(least_wall, self._limits.gap, controls.margin)
         if lack.any():
             thicker = self._metric.gradient(motion.by_chi(lack))
             change += min(lack.max(), controls.recovery) / np.abs(motion.along_normal(thicker)).max() * thicker

@@ -15,18 +15,18 @@ from actuator.parameters import Objective
 
 
 class Metric:
-    """M of C_t: ∫ δ² + L_t² ‖∇δ‖², counted in the cubed length unit of the paper's numbers.
+    """M of C_t: ∫ δ² + L_t² ‖∇δ‖², counted in the cubed length unit of the paper's numbers, per half actuator.
 
     Args:
         discretisation: spaces of the case.
-        objective: L_t and the length unit.
+        objective: L_t, the length unit, and how many halves Ω is.
         gather: pattern of upper triangles on vertices.
         solver, threads: direct solver for M⁻¹.
 
     Attributes:
         upper: M's data on the pattern.
         volume: |Ω|, mm³.
-        measure: |Ω| in the cubed length unit: 1ᵀ M 1.
+        measure: |Ω| of a half in the cubed length unit: 1ᵀ M 1.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Metric:
         solver: SolverName = "auto",
         threads: int = 2,
     ) -> None:
-        unit = objective.length_unit**3
+        unit = objective.length_unit**3 * objective.halves
         matrix = discretisation.mass + objective.diffusivity_length**2 * discretisation.stiffness
         self.matrix = sp.csr_array(matrix / unit)
         self.size = self.matrix.shape[0]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from pipeline.case.model import Case
-from stages.domains import HalfCylinderSettings
+from stages.domains import RoundSettings
 from stages.similarity import PAPER
 
 #: p_in / E over the paper's. From twice the pressure on, states were found that are not stable
@@ -61,11 +61,11 @@ def _material(case: Case) -> Iterator[str]:
 
 def _mesh(case: Case) -> Iterator[str]:
     domain, width = case.domain, case.objective.interface_width
-    if not isinstance(domain, HalfCylinderSettings):
+    if not isinstance(domain, RoundSettings):
         return
     # Sides of cells: along X1, and the mean in the half circle.
     along = domain.length / domain.layers
-    across = domain.radius * math.sqrt(0.5 * math.pi * domain.layers / domain.cells)
+    across = domain.radius * math.sqrt(0.5 * math.pi * domain.halves * domain.layers / domain.cells)
     for side, keys in ((across, "domain.core_cells and rings"), (along, "domain.layers")):
         found = width / side
         if not CELLS[0] <= found <= CELLS[1]:

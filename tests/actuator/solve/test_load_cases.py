@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from physics import Floats, half_cylinder, halvings, parameters, rates
 
-from actuator.load_case import LoadCase, Objective
+from actuator.load_case import LoadCase
 from actuator.optimiser.loop import Optimiser, Progress
 from actuator.optimiser.model import Model
+from actuator.parameters import Objective
 from actuator.solve import sensitivity as sensitivity_module
 from actuator.solve.equilibrium import NoState
 from actuator.solve.reduced import Evaluation, ReducedObjective

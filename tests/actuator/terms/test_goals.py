@@ -8,6 +8,7 @@ from made_up_domain import Box
 from physics import halvings, parameters, rates
 
 from actuator.equations.arm import COORDINATES
+from actuator.load_case import LoadCase
 from actuator.solve.reduced import ReducedObjective
 from actuator.terms.goals.bending import PAPER_GOAL
 from actuator.terms.goals.force import Force
@@ -65,12 +66,11 @@ def test_reduced_gradient_of_a_goal_of_a_whole_actuator(name: str) -> None:
     reduced = ReducedObjective(
         DOMAIN,
         material,
-        load,
+        [LoadCase(load, goal=GOALS[name])],
         objective,
         state_tolerance=1e-12,
         adjoint_tolerance=3e-11,
         threads=1,
-        goal=GOALS[name],
     )
     X = DOMAIN.points
     chi = DOMAIN.initial_design(X, 3.0) + 1.5 * np.sin(0.2 * X[:, 1] * X[:, 0] / 15.0 + 0.15 * X[:, 2])
