@@ -52,7 +52,7 @@ class Section(BaseModel):
         """Count a quantity in the unit of its key; of one in place of a ratio, say which key takes it."""
         name = str(info.field_name)
         if unit := unit_of(cls.model_fields[name].description):
-            return counted(value, unit)
+            return [counted(each, unit) for each in value] if isinstance(value, list) else counted(value, unit)
         for key, instead in cls.instead.items():
             if instead.ratio == name and is_quantity(value):
                 raise ValueError(f"is a number without a unit; write '{key}: {value.strip()}' in place of it")
@@ -78,7 +78,8 @@ class Section(BaseModel):
     @classmethod
     def _in_range(cls, value: Any) -> Any:
         """Refuse numbers of which a product of several would overflow or vanish."""
-        if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
+        numbers = value if isinstance(value, list) else [value]
+        if any(isinstance(each, float) and each and not SMALLEST <= abs(each) <= LARGEST for each in numbers):
             raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
         return value
 
@@ -91,13 +92,18 @@ class Section(BaseModel):
         divisors = {"[mm]": length, "[N/mm²]": stress}
         changed: dict[str, Any] = {}
         for name, field in type(self).model_fields.items():
-            value = getattr(self, name)
-            unit = next((unit for unit in divisors if unit in (field.description or "")), None)
-            if isinstance(value, Section):
-                changed[name] = value.in_units(length, stress)
-            elif unit and value is not None:
-                changed[name] = value / divisors[unit]
+            divisor = next((by for unit, by in divisors.items() if unit in (field.description or "")), None)
+            changed[name] = _in_units(getattr(self, name), length, stress, divisor)
         return self.model_copy(update=changed)
+
+
+def _in_units(value: Any, length: float, stress: float, divisor: float | None) -> Any:
+    """The value of a key, or a list of them, in other units; one without a unit of its own has no divisor."""
+    if isinstance(value, list):
+        return [_in_units(each, length, stress, divisor) for each in value]
+    if isinstance(value, Section):
+        return value.in_units(length, stress)
+    return value if divisor is None or value is None else value / divisor
 
 
 def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
@@ -105,6 +111,9 @@ def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
     told = {name: key[name] for name in ("title", "description", "default") if name in key}
     number = {name: value for name, value in key.items() if name not in told}
     choices = number["anyOf"] if set(number) == {"anyOf"} else [number]
+    if vector := next((choice for choice in choices if choice.get("type") == "array"), None):
+        vector["items"] = _or_quantity(vector["items"])
+        return key
     return {"anyOf": [*choices, {"type": "string", "format": "quantity", "pattern": PATTERN}]} | told
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -43,6 +43,10 @@ class Messages:
             known = context.get("expected_tags") or ", ".join(f"'{each}'" for each in self._kinds(path))
             wrong = f"'{shown(found)}' is unknown" if found else "is missing"
             return f"{key}.{name}: {wrong}; write one of {known}"
+        if kind in ("too_short", "too_long"):
+            least, most = (context.get(f"{end}_length") for end in ("min", "max"))
+            due = f"{'at least' if least else 'at most'} {least or most}"
+            return f"{key}: must have {due} entries, not {context['actual_length']}; change the list"
         if kind == "extra_forbidden":
             return f"{key}: {self._unknown_key(path)}"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -90,12 +94,19 @@ class Messages:
             field = model.model_fields.get(part) if _is_section(model) else None
             model = field.annotation if field else None
             if field and (kinds := _kinds_of(field)):
+                if _is_list(field) and (number := next(parts, None)) is not None:
+                    written.append(number)
                 model = kinds.get(next(parts, None))
+            elif field and (held := _held(field)):
+                model = held
+                if (number := next(parts, None)) is not None:
+                    written.append(number)
         return model if _is_section(model) else None, tuple(written)
 
     def _kinds(self, path: case_text.Path) -> Mapping[Any, type[BaseModel]]:
-        parent, _ = self.section(path[:-1])
-        field = parent.model_fields.get(str(path[-1])) if parent else None
+        of = path[:-1] if isinstance(path[-1], int) else path
+        parent, _ = self.section(of[:-1])
+        field = parent.model_fields.get(str(of[-1])) if parent else None
         return _kinds_of(field) if field else {}
 
     def _keys(self, path: case_text.Path) -> list[str]:
@@ -110,8 +121,28 @@ def _is_section(model: Any) -> bool:
 
 
 def _kinds_of(field: FieldInfo) -> Mapping[Any, type[BaseModel]]:
-    """The kinds by name of a section that comes in several; none if it does not."""
-    return next((mark.known for mark in field.metadata if isinstance(mark, Kinds)), {})
+    """The kinds by name of a section that comes in several, or of those in a list; none if it does not."""
+    marks = [*field.metadata, *(mark for inner in _inside(field.annotation) for mark in inner)]
+    return next((mark.known for mark in marks if isinstance(mark, Kinds)), {})
+
+
+def _inside(annotation: Any) -> Iterator[tuple[Any, ...]]:
+    """The metadata of what a list, or a list that may be left out, holds."""
+    for inner in get_args(annotation):
+        if get_origin(annotation) is list:
+            yield getattr(inner, "__metadata__", ())
+        else:
+            yield from _inside(inner)
+
+
+def _held(field: FieldInfo) -> type[BaseModel] | None:
+    """The section of which a list holds several."""
+    inner = get_args(field.annotation) if get_origin(field.annotation) is list else ()
+    return next(filter(_is_section, inner), None)
+
+
+def _is_list(field: FieldInfo) -> bool:
+    return any(True for _ in _inside(field.annotation))
 
 
 def kind_of(value: Any) -> str:

@@ -110,7 +110,8 @@ def _brief(default: Any) -> Any:
 
 def _type(key: Schema, schema: Schema) -> str:
     if kinds := _kinds(key, schema):
-        return "section" if len(kinds) == 1 else "section, one of " + ", ".join(f"`{kind}`" for kind in kinds)
+        held = "list of sections" if "items" in key else "section or list of them" if _has_list(key) else "section"
+        return held if len(kinds) == 1 else f"{held}, one of " + ", ".join(f"`{kind}`" for kind in kinds)
     if "anyOf" in key:
         choices = [_type(choice, schema) for choice in key["anyOf"] if choice.get("type") != "null"]
         return " or ".join(dict.fromkeys(choices))
@@ -126,7 +127,8 @@ def _bounds(key: Schema) -> Iterator[str]:
     if found:
         yield ", ".join(found)
     if "minItems" in key or "maxItems" in key:
-        yield f"{key.get('minItems', 0)} to {key['maxItems']} of them" if "maxItems" in key else "at least one"
+        least, most = key.get("minItems", 0), key.get("maxItems")
+        yield "at least one" if most is None else f"{most} of them" if least == most else f"{least} to {most} of them"
     if "maxLength" in key:
         yield f"at most {key['maxLength']} characters"
     for choice in [*key.get("anyOf", ()), *([key["items"]] if "items" in key else [])]:
@@ -134,13 +136,18 @@ def _bounds(key: Schema) -> Iterator[str]:
 
 
 def _kinds(key: Schema, schema: Schema) -> dict[str, Schema]:
-    """The models of a key that is a section, by the name that chooses among them; none of any other key."""
+    """The models of a key that is a section or a list of them, by the name that chooses; none of any other key."""
     if "$ref" in key:
         name = key["$ref"].rpartition("/")[2]
         return {name: schema["$defs"][name]}
     if mapping := key.get("discriminator", {}).get("mapping"):
         return {name: schema["$defs"][each.rpartition("/")[2]] for name, each in sorted(mapping.items())}
-    return {name: model for choice in key.get("anyOf", ()) for name, model in _kinds(choice, schema).items()}
+    choices = [*key.get("anyOf", ()), *([key["items"]] if "items" in key else [])]
+    return {name: model for choice in choices for name, model in _kinds(choice, schema).items()}
+
+
+def _has_list(key: Schema) -> bool:
+    return any("items" in choice for choice in (key, *key.get("anyOf", ())))
 
 
 def main(path: Path) -> None:

@@ -68,7 +68,9 @@ TABLE_1: dict[str, dict[str, float]] = {
 def reference_of(problem: ProblemSettings) -> Reference | None:
     """The paper's design of the same problem, on whatever mesh; None if the problem is another one."""
     material, limits = problem.material, problem.objective
-    if not isinstance(problem.domain, HalfCylinderSettings) or material.law.name != "neo-hooke" or limits.terms:
+    if not isinstance(problem.domain, HalfCylinderSettings) or material.law.name != "neo-hooke":
+        return None
+    if limits.terms or problem.load.cases:
         return None
     found = problem.model_dump()
     found["objective"]["diffusivity_length"] = problem.parameters()[2].diffusivity_length
