@@ -306,7 +306,7 @@ class Optimiser:
                 continue
             found = {"C0": values["C0"].value / case.weight, "C_p": values["C_p"].value}
             found |= dict(zip(("T1", "T3", "theta2"), map(float, state.arm), strict=True))
-            found |= values["C_psi"].measures
+            found |= {**values["C_psi"].measures, **values["C_p"].measures}
             record |= {f"{name}.{case.name}": value for name, value in found.items()}
         return record
 
