@@ -82,11 +82,14 @@ class Load:
         pressure: p_in, N/mm² (p_out is zero).
         arm_length: L_arm, mm.
         spring_stiffness: k_sp, N/mm; of a whole actuator twice that of a half.
+        chambers: pressures of the sources of several chambers, N/mm², of which p_in is the largest; a chamber at zero
+            is open to the outside. Empty where there is one chamber, at p_in.
     """
 
     pressure: float
     arm_length: float
     spring_stiffness: float
+    chambers: tuple[float, ...] = ()
 
     @classmethod
     def from_ratios(

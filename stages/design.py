@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ Kept = dict[int, dict[str, NDArray[np.float32]]]
 
 @dataclass(frozen=True)
 class Design:
-    """A design and its pressurised state.
+    """A design and its pressurised state, of several load cases that of the first.
 
     Attributes:
         domain: the meshed design domain.
@@ -77,6 +77,7 @@ class Result(Design):
         checkpoint: what :func:`stages.optimize.run` needs to continue from here, in the units of the computation.
         converged: whether the stationarity measure was reached.
         reason: one sentence saying why the optimisation ended.
+        others: states under the load cases after the first, by their names.
     """
 
     history: dict[str, Floats]
@@ -84,6 +85,14 @@ class Result(Design):
     checkpoint: dict[str, Floats]
     converged: bool
     reason: str
+    others: Mapping[str, OtherState]
+
+
+class OtherState(NamedTuple):
+    """The state of a design under another load case; units and shapes are those of :class:`Design`."""
+
+    displacement: Floats
+    pressure: Floats
 
 
 def pack(result: Result, kept: Kept | None = None) -> Packed:
@@ -109,13 +118,15 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
         "nodes/displacement": Dataset(result.displacement, "mm", "displacement u"),
         "arm": Dataset(result.arm, "mm, mm, rad", "rigid motion T1, T3, theta2 of the arm's root"),
         **of_domain(domain),
+        **_others(result),
         **{
-            f"history/{name}": Dataset(column, HISTORY.get(name, "1"), f"{name} after every design update")
+            f"history/{name}": Dataset(column, unit_of_column(name), f"{name} after every design update")
             for name, column in result.history.items()
         },
     }
     names = ("chi", "density", "pressure", "displacement")
-    fields = {name: f"/nodes/{name}" for name in names}
+    others = tuple(f"{field}-{name}" for name in result.others for field in OtherState._fields)
+    fields = {name: f"/nodes/{name}" for name in (*names, *others)}
     grid = GridPaths("/nodes/points", "/nodes/connectivity", QUADRATIC_HEXAHEDRON, fields)
     if not kept:
         return Packed(result.summary, datasets, grid)
@@ -128,6 +139,21 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
         n_points=len(domain.points),
     )
     return Packed(result.summary, datasets | _updates(domain, kept), replace(grid, series=series))
+
+
+def unit_of_column(name: str) -> str:
+    """Of a column of the history; those of a load case have its name behind a point."""
+    return HISTORY.get(name.partition(".")[0], "1")
+
+
+def _others(result: Result) -> dict[str, Dataset]:
+    """States under the load cases after the first, at the nodes."""
+    found = {}
+    for name, state in result.others.items():
+        pressure = on_nodes(result.domain, state.pressure)
+        found[f"nodes/displacement-{name}"] = Dataset(state.displacement, "mm", f"displacement u, load case {name}")
+        found[f"nodes/pressure-{name}"] = Dataset(pressure, "N/mm^2", f"pressure p, load case {name}")
+    return found
 
 
 def _updates(domain: Domain, kept: Kept) -> dict[str, Dataset]:
@@ -155,6 +181,7 @@ def lines(design: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
         ("T3", rig.both_lengths(design["T3"], 4)),
         ("theta2", f"{math.degrees(design['theta2']):.3f} degrees"),
         _arm_end(design, rig),
+        *(("load cases" if row == 0 else "", text) for row, text in enumerate(_load_cases(design, rig))),
         *(("constraints" if row == 0 else "", text) for row, text in enumerate(_constraints(design))),
         ("stationarity", f"{design['stationarity']:.1e}"),
         *(("work" if row == 0 else "", text) for row, text in enumerate(_work(design))),
@@ -168,6 +195,15 @@ def _arm_end(design: Mapping[str, Any], rig: RigUnits) -> tuple[str, str]:
         force = design["spring_force"]
         return "blocked force", f"{abs(force):.4g} N at the arm's end, which the spring holds, of the whole actuator"
     return ("spring elongation" if end == "sprung" else "travel of the arm"), travel
+
+
+def _load_cases(design: Mapping[str, Any], rig: RigUnits) -> list[str]:
+    """What the design does under each of several load cases; that of the lines before is the first."""
+    return [
+        f"{name}, weight {case['weight']:g}: C0 {case['C0']:.6f}, T3 {rig.both_lengths(case['T3'], 4)}, "
+        f"theta2 {math.degrees(case['theta2']):.3f} degrees, travel {rig.both_lengths(case['spring_elongation'], 3)}"
+        for name, case in design.get("load_cases", {}).items()
+    ]
 
 
 def _constraints(design: Mapping[str, Any]) -> list[str]:

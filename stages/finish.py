@@ -182,7 +182,8 @@ def _flow(
 def start(task: Task) -> Result:
     """Finish the refined design of a case."""
     case = task.case
-    return run(*design(task.upstream), case.optimize, case.finish, case.mirror.threshold, task.compute, task.observer)
+    problem = case.optimize.leading
+    return run(*design(task.upstream), problem, case.finish, case.mirror.threshold, task.compute, task.observer)
 
 
 def pack(result: Result) -> Packed:

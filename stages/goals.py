@@ -170,9 +170,13 @@ def _named(value: Any) -> Any:
 AnyGoalSettings = Annotated[GoalSettings, Kinds(GOALS, default=DEFAULT), BeforeValidator(_named)]
 
 
-def listed(value: Any) -> Any:
+def _listed(value: Any) -> Any:
     """One goal is short for a list of one."""
     return value if isinstance(value, list) or value is None else [value]
+
+
+#: One goal or several, or the paper's.
+Goals = Annotated[list[AnyGoalSettings] | None, BeforeValidator(_listed)]
 
 
 def goal_of(goals: list[GoalSettings] | None, load: Load, size: float) -> Goal:

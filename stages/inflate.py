@@ -92,7 +92,7 @@ def run(
     solid = _glued(vertices, triangles, settings.axis, observer)
     scale = settings.part_scale or solid.length / problem.domain.length
     solid = _in_case_units(solid, scale)
-    problem = _with_pressure(problem, settings, youngs_modulus)
+    problem = _with_pressure(problem.leading, settings, youngs_modulus)
     material, load, _ = problem.parameters()
     mesh = mesh_of(solid, settings.size)
     kind = "half of it, as it is symmetric" if mesh.half else "all of it"

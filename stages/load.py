@@ -12,18 +12,18 @@ HELD = 100.0
 
 
 def held(problem: ProblemSettings) -> bool:
-    """Whether the spring is so stiff that there is nothing to optimise."""
-    return problem.load.spring_ratio >= HELD
+    """Whether the spring is so stiff that there is nothing to optimise; of several load cases, that of the first."""
+    return problem.leading.load.spring_ratio >= HELD
 
 
 def travel(problem: ProblemSettings) -> str:
     """What the travel of the arm's end is called."""
-    return "elongation of the spring" if problem.load.spring_ratio else "travel of the arm's end"
+    return "elongation of the spring" if problem.leading.load.spring_ratio else "travel of the arm's end"
 
 
 def arm_end(problem: ProblemSettings, elongation: float) -> dict[str, Any]:
     """What a summary says of the arm's end at an elongation, mm, of its spring: what holds it, with which force."""
-    end = "held" if held(problem) else "sprung" if problem.load.spring_ratio else "free"
+    end = "held" if held(problem) else "sprung" if problem.leading.load.spring_ratio else "free"
     return {"arm_end": end, "spring_force": whole_force(problem, elongation)}
 
 

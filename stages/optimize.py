@@ -94,14 +94,13 @@ def run(
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
-    from actuator.load_case import LoadCase
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     core, units = similar(settings)
-    material, load, limits = core.parameters()
+    material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))
     compute = compute or Compute()
     use_threads(compute.threads)
@@ -109,7 +108,7 @@ def run(
     objective = ReducedObjective(
         domain,
         material,
-        [LoadCase(load, goal=core.goal(load))],
+        core.load_cases(),
         limits,
         state_tolerance=optimizer.state_tolerance,
         adjoint_tolerance=optimizer.adjoint_tolerance,
@@ -155,15 +154,21 @@ def _begin(optimiser: Optimiser, chi: Floats, observer: Observer) -> Progress:
     """The first design with its state, by way of smaller pressures where Newton's method from rest does not find it."""
     from actuator.solve.equilibrium import NoState  # as in run
     from actuator.solve.loading import loaded
+    from actuator.solve.stacking import stacked
 
     try:
         return optimiser.begin(chi)
     except NoState as failure:
         observer(Message(f"{str(failure).partition(':')[0]}; the pressure is raised from zero in steps."))
-    state = loaded(
-        optimiser.objective.equilibrium, chi, lambda load: observer(Message(f"  state at {load:.0%} of p_in"))
-    )
-    return optimiser.begin(chi, (state.x, state.p))
+    states = []
+    for case in optimiser.objective.cases:
+        of_case = f" of load case '{case.name}'" if case.name else ""
+
+        def reached(load: float, of_case: str = of_case) -> None:
+            observer(Message(f"  state at {load:.0%} of p_in{of_case}"))
+
+        states.append(loaded(case.equilibrium, chi, reached))
+    return optimiser.begin(chi, (stacked([state.x for state in states]), stacked([state.p for state in states])))
 
 
 def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str, float]:
@@ -172,23 +177,29 @@ def _second_order_leak(objective: ReducedObjective, at: Evaluation) -> dict[str,
     from actuator.solve.leak_check import second_order_leak
 
     try:
-        leak = second_order_leak(objective.equilibrium, at.state)
+        leaks = [
+            second_order_leak(case.equilibrium, state) for case, state in zip(objective.cases, at.states, strict=True)
+        ]
     except SolveFailure:
         return {}
     return {
-        "wall_leak_second_order": leak.largest,
-        "C_p_second_order": 0.5 * objective.objective.leak_weight * leak.mean_square,
+        "wall_leak_second_order": max(leak.largest for leak in leaks),
+        "C_p_second_order": sum(0.5 * objective.objective.leak_weight * leak.mean_square for leak in leaks),
     }
 
 
 def _negative_eigenvalues(objective: ReducedObjective, at: Evaluation) -> int | None:
-    """Of the state's stiffness; None if not known. A result is not lost because one more factorisation fails."""
+    """Of the states' stiffness, together; None if not known. A result is not lost because a factorisation fails."""
     from actuator.failure import SolveFailure  # as in run
 
     try:
-        return objective.equilibrium.linearise(at.state, fresh=True).negative_eigenvalues
+        found = [
+            case.equilibrium.linearise(state, fresh=True).negative_eigenvalues
+            for case, state in zip(objective.cases, at.states, strict=True)
+        ]
     except SolveFailure:
         return None
+    return sum(known) if len(known := [each for each in found if each is not None]) == len(found) else None
 
 
 def _fields(at: Evaluation, units: Units) -> dict[str, Floats]:
@@ -197,14 +208,14 @@ def _fields(at: Evaluation, units: Units) -> dict[str, Floats]:
     return {"chi": at.chi, "pressure": units.stress * at.state.p, "displacement": units.length * displacement}
 
 
-def least_memory(cells: int) -> float:
+def least_memory(cells: int, load_cases: int = 1) -> float:
     """Memory that one evaluation of a design, or a simulation, needs on a mesh, bytes.
 
     Fitted to benchmarks/results/scaling.md, 1,080 to 30,000 cells, to 25 %: the program itself, what is kept per cell,
     and factors whose fill grows as n^(4/3) under nested dissection (A. George, doi:10.1137/0710032). A long
-    optimisation keeps more.
+    optimisation keeps more. Every load case has a tangent and factors of its own.
     """
-    return (0.45 + 6.1e-5 * cells + 5.1e-6 * cells ** (4.0 / 3.0)) * 2.0**30
+    return (0.45 + load_cases * (6.1e-5 * cells + 5.1e-6 * cells ** (4.0 / 3.0))) * 2.0**30
 
 
 def _result(
@@ -214,11 +225,20 @@ def _result(
 
     at = outcome.progress.evaluation
     checks = {
-        "wall_leak": wall_leak(objective.domain, at.state.p, objective.load.pressure),
+        "wall_leak": max(
+            wall_leak(objective.domain, state.p, case.load.pressure)
+            for case, state in zip(objective.cases, at.states, strict=True)
+        ),
         **_second_order_leak(objective, at),
         "passive_share": objective.design.passive.share(at.chi),
     }
-    state = Reached(objective.equilibrium.kinematics, at.chi, at.state.x, at.state.p)
+    state = Reached(
+        [case.case for case in objective.cases],
+        [case.equilibrium.kinematics for case in objective.cases],
+        at.chi,
+        [state.x for state in at.states],
+        [state.p for state in at.states],
+    )
     return told(domain, state, outcome.progress.history, tuple(at.terms), checks, outcome, checkpoint, units)
 
 
@@ -228,10 +248,14 @@ def coarser(domain: DomainSettings) -> str:
     return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
 
 
+def needed(domain: DomainSettings, load_cases: int = 1) -> Need:
+    """Least memory for states of that many load cases."""
+    return Need(domain.cells, least_memory(domain.cells, load_cases), coarser(domain))
+
+
 def needs(case: Any) -> Need:
     """Least memory for a case."""
-    cells = case.domain.cells
-    return Need(cells, least_memory(cells), coarser(case.domain))
+    return needed(case.domain, len(case.load.cases) or 1)
 
 
 def instability(summary: Mapping[str, Any], path: str) -> str:

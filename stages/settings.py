@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import Field, field_validator
 
 from actuator.equations.scheme import PressureElements, Scheme
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
-from stages.goals import AnyGoalSettings, goal_of, listed
+from stages.goals import Goals, goal_of
 from stages.laws import AnyLawSettings, NeoHookeSettings
 from stages.section import Instead, Section
 from stages.units import rounded
 
 if TYPE_CHECKING:
+    from actuator.load_case import LoadCase
     from actuator.terms.goals.interface import Goal
 
-__all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
+__all__ = ["LoadCaseSettings", "LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
 
 class MaterialSettings(Section):
@@ -39,8 +40,44 @@ class MaterialSettings(Section):
 STIFFEST_SPRING = 1e6
 
 
+def _nothing(value: Any) -> bool:
+    """Whether a key says nothing: results from before it was known keep their content keys."""
+    return not value
+
+
+def _gives(value: Any) -> Any:
+    """Refuse a spring that does not give, and say what comes near it; YAML's infinity arrives as text."""
+    infinite = isinstance(value, str) and value.lower().lstrip("+.") in ("inf", "infinity")
+    if infinite or (isinstance(value, float | int) and value > STIFFEST_SPRING):
+        raise ValueError(f"must be at most {STIFFEST_SPRING:g}; write 1.0e+6 for an arm whose end is held")
+    return value
+
+
+class LoadCaseSettings(Section):
+    """One of several load cases; what it leaves out is that of `load`."""
+
+    instead: ClassVar[Mapping[str, Instead]] = {
+        "pressure": Instead("pressure_ratio", "p_in of an actuator of material.youngs_modulus [kPa]"),
+        "spring_stiffness": Instead("spring_ratio", "spring at the arm's end, of the whole actuator [N/mm]"),
+    }
+
+    name: str = Field(max_length=30, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", description="by which results are told apart")
+    weight: float = Field(1.0, gt=0, description="factor on its C0; its leak and strain limit count whole [-]")
+    pressure_ratio: float | None = Field(None, ge=0, description="p_in / E; left out, that of load [-]")
+    spring_ratio: float | None = Field(None, ge=0, description="k_sp L_arm² / (E R³); left out, that of load [-]")
+
+    goal: Goals = Field(
+        None,
+        min_length=1,
+        exclude_if=_nothing,
+        description="what its C0 is, one goal or a list; left out, that of objective",
+    )
+
+    _spring = field_validator("spring_ratio", mode="before")(_gives)
+
+
 class LoadSettings(Section):
-    """Pressure, rigid arm and foundation spring, per half actuator (Table 1)."""
+    """Pressure, rigid arm and foundation spring, per half actuator (Table 1), or several load cases."""
 
     instead: ClassVar[Mapping[str, Instead]] = {
         "pressure": Instead("pressure_ratio", "p_in of an actuator of material.youngs_modulus [kPa]"),
@@ -52,14 +89,26 @@ class LoadSettings(Section):
     arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
     spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³), up to 1e6 [-]")
 
-    @field_validator("spring_ratio", mode="before")
+    cases: list[LoadCaseSettings] = Field(
+        [],
+        exclude_if=_nothing,
+        description="several load cases in place of one; the first one is what a design is shown in",
+    )
+
+    _spring = field_validator("spring_ratio", mode="before")(_gives)
+
+    @field_validator("cases")
     @classmethod
-    def _not_infinite(cls, value: Any) -> Any:
-        """Refuse a spring that does not give, and say what comes near it; YAML's infinity arrives as text."""
-        infinite = isinstance(value, str) and value.lower().lstrip("+.") in ("inf", "infinity")
-        if infinite or (isinstance(value, float | int) and value > STIFFEST_SPRING):
-            raise ValueError(f"must be at most {STIFFEST_SPRING:g}; write 1.0e+6 for an arm whose end is held")
-        return value
+    def _told_apart(cls, cases: list[LoadCaseSettings]) -> list[LoadCaseSettings]:
+        names = [case.name for case in cases]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"two load cases are called '{twice}'; give each a name of its own")
+        return cases
+
+    def only(self, case: LoadCaseSettings) -> LoadSettings:
+        """The load of one of the cases, as that of a section without cases."""
+        own = {key: value for key in ("pressure_ratio", "spring_ratio") if (value := getattr(case, key)) is not None}
+        return self.model_copy(update={**own, "cases": []})
 
 
 class ObjectiveSettings(Section):
@@ -83,10 +132,10 @@ class ObjectiveSettings(Section):
         1.0, gt=0, description="what the paper's numbers with hidden units take for 1 mm; scale it with a case [mm]"
     )
 
-    goal: Annotated[list[AnyGoalSettings] | None, BeforeValidator(listed)] = Field(
+    goal: Goals = Field(
         None,
         min_length=1,
-        exclude_if=lambda goal: goal is None,  # results from before there was a choice keep their keys
+        exclude_if=_nothing,
         description="what C0 is, one goal or a list; left out, bending as in Eq. (9)",
     )
     terms: dict[str, dict[str, float]] = Field({}, description="further terms of the objective and their parameters")
@@ -141,21 +190,47 @@ class ProblemSettings(Section):
     objective: ObjectiveSettings = ObjectiveSettings()
     elements: ElementSettings = ElementSettings()
 
+    @property
+    def leading(self) -> Self:
+        """The same problem under its first load case alone; without load cases the problem itself."""
+        return self.under(self.load.cases[0]) if self.load.cases else self
+
+    def under(self, case: LoadCaseSettings) -> Self:
+        """The same problem under one of its load cases alone."""
+        objective = self.objective if case.goal is None else self.objective.model_copy(update={"goal": case.goal})
+        return self.model_copy(update={"load": self.load.only(case), "objective": objective})
+
+    def load_cases(self) -> list[LoadCase]:
+        """All load cases in N and mm; one without a name where there is nothing but a load."""
+        from actuator.load_case import LoadCase
+
+        if not self.load.cases:
+            load = self.parameters()[1]
+            return [LoadCase(load, goal=self.goal(load))]
+        alone = [(case, self.under(case)) for case in self.load.cases]
+        loads = [problem.parameters()[1] for _, problem in alone]
+        return [
+            LoadCase(load, case.weight, case.name, problem.goal(load))
+            for (case, problem), load in zip(alone, loads, strict=True)
+        ]
+
     def ratios(self, quantities: Mapping[str, float]) -> dict[str, float]:
         """The ratios of :class:`LoadSettings` that quantities are in place of, for this domain and material.
 
         Args:
-            quantities: by the keys of ``LoadSettings.instead``, in their units.
+            quantities: by the keys of ``LoadSettings.instead``, in their units; of load cases ``cases.0.pressure``.
         """
-        modulus, size, found = self.material.youngs_modulus, self.domain.size, {}
-        if "pressure" in quantities:
-            found["pressure_ratio"] = 1e-3 * quantities["pressure"] / modulus
-        if "arm_length" in quantities:
-            found["arm_ratio"] = quantities["arm_length"] / size
-        if "spring_stiffness" in quantities:
-            arm = size * found.get("arm_ratio", self.load.arm_ratio)
-            found["spring_ratio"] = 0.5 * quantities["spring_stiffness"] * arm**2 / (modulus * size**3)
-        return {key: rounded(value) for key, value in found.items()}
+        modulus, size = self.material.youngs_modulus, self.domain.size
+        arm = size * (quantities["arm_length"] / size if "arm_length" in quantities else self.load.arm_ratio)
+        found = {}
+        for key, value in quantities.items():
+            place, dot, name = key.rpartition(".")
+            if name == "pressure":
+                ratio = 1e-3 * value / modulus
+            else:
+                ratio = value / size if name == "arm_length" else 0.5 * value * arm**2 / (modulus * size**3)
+            found[f"{place}{dot}{LoadSettings.instead[name].ratio}"] = rounded(ratio)
+        return found
 
     def quantities(self) -> dict[str, float]:
         """What the ratios of the load are for this domain and material: the other way round."""
@@ -169,7 +244,9 @@ class ProblemSettings(Section):
         return {key: rounded(value) for key, value in found.items()}
 
     def parameters(self) -> tuple[Material, Load, Objective]:
-        """The model's parameters in N, mm and s."""
+        """The model's parameters in N, mm and s; of several load cases, the load is that of the first."""
+        if self.load.cases:
+            return self.leading.parameters()
         domain, objective = self.domain, self.objective
         material = Material.from_ratios(
             length=domain.length,
@@ -178,7 +255,7 @@ class ProblemSettings(Section):
             law=self.material.law.build(),
         )
         load = Load.from_ratios(
-            radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump()
+            radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump(exclude={"cases"})
         )
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
         weights = objective.model_dump(exclude={"goal"})

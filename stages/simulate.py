@@ -18,11 +18,11 @@ from stages.curves import Result, lines, pack, shortfall
 from stages.datasets import Source, design
 from stages.design import Design
 from stages.events import Compiled, LoadStep, Message, Observer, silent
-from stages.optimize import needs
+from stages.optimize import needed
 from stages.response import COLUMNS, Response, Snapshot, summarised
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
-from stages.task import Compute, Task
+from stages.task import Compute, Need, Task
 
 if TYPE_CHECKING:
     from actuator.solve.equilibrium import Equilibrium
@@ -74,7 +74,7 @@ def run(
 
     Args:
         design: the optimised design.
-        problem: domain, material, load and objective of its case.
+        problem: domain, material, load and objective of its case; of several load cases the first is followed.
         settings: of the simulation.
         compute: threads and linear solver.
         observer: receives a :class:`~stages.events.LoadStep` per point.
@@ -89,6 +89,7 @@ def run(
     from actuator.compilation import compile_kernels
     from actuator.threads import use_threads
 
+    problem = problem.leading
     if problem.load.pressure_ratio == 0.0:
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
@@ -189,6 +190,11 @@ def _difference(reached: State, design: Design, units: Units) -> dict[str, float
 
 def _relative(difference: float, whole: float) -> float:
     return abs(float(difference)) / abs(float(whole)) if whole else math.inf
+
+
+def needs(case: Any) -> Need:
+    """Least memory for a case: one load case is followed."""
+    return needed(case.domain)
 
 
 def start(task: Task) -> Result:

@@ -214,6 +214,10 @@ class Domain(ABC):
             Dimensionless, (...).
         """
 
+    def profiles(self, points: Floats) -> Floats:
+        """:meth:`inlet` of every chamber, (n_chambers, ...); a domain by itself has one."""
+        return self.inlet(points)[None]
+
     @abstractmethod
     def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
         """Upper bound of χ in C_χ, Eq. (21): below zero where there must be void, to keep the inlet free.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from skfem.helpers import dot, grad
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.interface import Domain
+from actuator.equations.assembly import scatter_vector
 from actuator.equations.quadrature import hexahedron_rule
 from actuator.equations.scheme import DEFAULT, Scheme
 
@@ -84,6 +86,29 @@ class Discretisation:
     def source(self, drainage: float) -> Floats:
         """Q_in of Eq. (18) at the quadrature points, (n_classes, n_q), mm²/(N s), for a drainage Q_s in the same."""
         return 100.0 * drainage * self.domain.inlet(self.quadrature_points)
+
+    def fed(self, drainage: float, shares: Sequence[float]) -> Floats:
+        """As :meth:`source`, of several chambers, each counted by the share of p_in that its source has."""
+        return 100.0 * drainage * np.tensordot(shares, self.domain.profiles(self.quadrature_points), axes=1)
+
+    def integral(self, density: Floats) -> Floats:
+        """∫ N_a f of f at the quadrature points, (n_classes, n_q): (n_vertices,)."""
+        geometry = self.geometry
+        elements = ((geometry.volume * density) @ geometry.shape)[geometry.cell_class]
+        return scatter_vector(elements, geometry.cells, self.domain.mesh.nvertices)
+
+    @cached_property
+    def inlet_masses(self) -> tuple[sp.csr_array, ...]:
+        """∫ w N_a N_b / ∫ w for the profile w of every chamber's inlet, (n_vertices, n_vertices) each."""
+        geometry, n = self.geometry, self.domain.mesh.nvertices
+        cells, found = geometry.cells, []
+        rows, columns = np.broadcast_to(cells[:, :, None], (len(cells), 8, 8)), np.repeat(cells[:, None], 8, axis=1)
+        for profile in self.domain.profiles(self.quadrature_points):
+            weights = geometry.volume * profile
+            elements = np.einsum("cq,qa,qb->cab", weights, geometry.shape, geometry.shape)[geometry.cell_class]
+            entries = elements.ravel() / elements.sum(), (rows.ravel(), columns.ravel())
+            found.append(sp.csr_array(sp.coo_array(entries, shape=(n, n))))
+        return tuple(found)
 
     @cached_property
     def volume(self) -> float:

@@ -307,12 +307,12 @@ class Optimiser:
         """What several load cases do, in columns with their names behind a point; C_0 without its weight."""
         record: Record = {}
         for case, state, values in zip(self.objective.cases, at.states, at.of_cases, strict=True):
-            if not case.case.name:
+            if not case.name:
                 continue
-            found = {"C0": values["C0"].value / case.case.weight, "C_p": values["C_p"].value}
+            found = {"C0": values["C0"].value / case.weight, "C_p": values["C_p"].value}
             found |= self._motion(state)
-            found |= values["C_psi"].measures
-            record |= {f"{name}.{case.case.name}": value for name, value in found.items()}
+            found |= {**values["C_psi"].measures, **values["C_p"].measures}
+            record |= {f"{name}.{case.name}": value for name, value in found.items()}
         return record
 
 

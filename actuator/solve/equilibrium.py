@@ -70,6 +70,13 @@ class Equilibrium:
         self.coefficients = constants_of(material, load, objective)
         self._at_rest = AT_REST.format(LOWER if load.pressure > GENTLE * material.shear else "")
         self.source = self.discretisation.source(material.drainage)
+        #: Q_in by what it brings in, at the quadrature points: chambers below p_in count by their share of it.
+        self.fed = self.source
+        self._lacking: Floats | None = None
+        if load.chambers and load.pressure > 0.0:
+            self.fed = self.discretisation.fed(material.drainage, [own / load.pressure for own in load.chambers])
+            # The residual's elements have p_in everywhere.
+            self._lacking = load.pressure * self.discretisation.integral(self.source - self.fed)
         self.tangent = Tangent(self.discretisation, self.kinematics)
         self.tolerance, self.solver, self.threads = tolerance, solver, threads
         self.work: Work = beside.work if beside else Work()
@@ -124,7 +131,7 @@ class Equilibrium:
         nodal = scatter_vector(Ru, self.geometry.node_cells, len(u))
         rx = self.kinematics.force(x, nodal)
         rx[self.kinematics.of_arm] += self.kinematics.spring_force(x)
-        return rx, scatter_vector(Rp, self.geometry.cells, len(p)), nodal, float(lowest)
+        return rx, self._flows(Rp, len(p)), nodal, float(lowest)
 
     def flow_residual(self, chi: Floats, x: Floats, p: Floats) -> Floats:
         """Residual of Eq. (5) alone, (n_vertices,), mm³/s; real or complex, at a fraction of the price."""
@@ -133,7 +140,11 @@ class Equilibrium:
         u = self.kinematics.displacement(x).astype(kind, copy=False)
         fields = chi.astype(kind, copy=False), u, p.astype(kind, copy=False)
         residual(self.geometry, self.source, self.coefficients, *fields, False, Ru, Rp)
-        return scatter_vector(Rp, self.geometry.cells, len(p))
+        return self._flows(Rp, len(p))
+
+    def _flows(self, Rp: Floats, n_vertices: int) -> Floats:
+        flows = scatter_vector(Rp, self.geometry.cells, n_vertices)
+        return flows if self._lacking is None else flows + self._lacking
 
     def at(self, chi: Floats, x: Floats, p: Floats) -> State:
         """The state at any displacements and pressure, with its relative residual."""

@@ -80,7 +80,8 @@ def _elements(equilibrium: Equilibrium, state: State) -> tuple[Floats, Floats]:
         tensor = k[:, q, None, None] * metric[:, q][:, [[0, 5, 4], [5, 1, 3], [4, 3, 2]]]
         gradient, shape = geometry.gradient20[geometry.cell_class, q], shape20[q]
         volume, source = geometry.volume[geometry.cell_class, q], equilibrium.source[geometry.cell_class, q]
+        fed = equilibrium.fed[geometry.cell_class, q]
         matrix += gradient @ tensor @ gradient.transpose(0, 2, 1)
         matrix += (volume * (source + out[:, q]))[:, None, None] * np.outer(shape, shape)
-        inflow += (volume * source * c.pressure)[:, None] * shape
+        inflow += (volume * fed * c.pressure)[:, None] * shape
     return matrix, inflow

@@ -152,7 +152,7 @@ class ReducedObjective:
     @property
     def load(self) -> Load:
         """That of the first load case."""
-        return self.cases[0].case.load
+        return self.cases[0].load
 
     def split(self, whole: Floats) -> list[Floats]:
         """What stands one after the other for all load cases, for each of them."""
@@ -239,7 +239,8 @@ class LoadedCase:
     """
 
     def __init__(self, case: LoadCase, equilibrium: Equilibrium, problem: Problem, terms: StateObjective) -> None:
-        self.case, self.equilibrium, self.problem, self.terms = case, equilibrium, problem, terms
+        self.case, self.name, self.load, self.weight = case, case.name, case.load, case.weight
+        self.equilibrium, self.problem, self.terms = equilibrium, problem, terms
 
     def solve(self, chi: Floats, start: tuple[Floats, Floats] | None) -> State:
         """The state of a design; ``start`` is (x, p) to begin with.
@@ -250,7 +251,7 @@ class LoadedCase:
         try:
             return self.equilibrium.solve(chi, start)
         except NoState as failure:
-            raise (NoState(f"Load case '{self.case.name}': {failure}") if self.case.name else failure) from None
+            raise (NoState(f"Load case '{self.name}': {failure}") if self.name else failure) from None
 
     def fields(self, chi: Floats, x: Floats, p: Floats) -> Fields:
         """What terms are evaluated at; real or complex, all of one type."""

@@ -97,6 +97,10 @@ class Messages:
                 if _is_list(field) and (number := next(parts, None)) is not None:
                     written.append(number)
                 model = kinds.get(next(parts, None))
+            elif field and (held := _held(field)):
+                model = held
+                if (number := next(parts, None)) is not None:
+                    written.append(number)
         return model if _is_section(model) else None, tuple(written)
 
     def _kinds(self, path: case_text.Path) -> Mapping[Any, type[BaseModel]]:
@@ -129,6 +133,12 @@ def _inside(annotation: Any) -> Iterator[tuple[Any, ...]]:
             yield getattr(inner, "__metadata__", ())
         else:
             yield from _inside(inner)
+
+
+def _held(field: FieldInfo) -> type[BaseModel] | None:
+    """The section of which a list holds several."""
+    inner = get_args(field.annotation) if get_origin(field.annotation) is list else ()
+    return next(filter(_is_section, inner), None)
 
 
 def _is_list(field: FieldInfo) -> bool:

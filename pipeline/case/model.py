@@ -17,7 +17,7 @@ from actuator.solver_name import SolverName
 from pipeline.case import text as case_text
 from pipeline.case.messages import Messages, kind_of
 from pipeline.case.names import NAME_PATTERN, refusal, reserved_endings
-from pipeline.case.quantities import Mistake, as_written, taken_out, with_quantities
+from pipeline.case.quantities import Mistake, as_written, taken_out, with_quantities, with_values
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode, Fault, shown
 from stages.chain import sections
@@ -177,7 +177,7 @@ def examined(data: Mapping[str, Any]) -> tuple[Case | None, list[Mistake]]:
     bare, quantities, wrong = taken_out(data)
     case, more = _validated(bare)
     if case and quantities:
-        case, more = _validated(bare | {"load": bare["load"] | case.ratios(quantities)})
+        case, more = _validated(bare | {"load": with_values(bare["load"], case.ratios(quantities))})
         more = [as_written(each, quantities) for each in more]
     if case is None or wrong:
         return None, wrong + more

@@ -110,7 +110,7 @@ def _brief(default: Any) -> Any:
 
 def _type(key: Schema, schema: Schema) -> str:
     if kinds := _kinds(key, schema):
-        held = "section or list of them" if _has_list(key) else "section"
+        held = "list of sections" if "items" in key else "section or list of them" if _has_list(key) else "section"
         return held if len(kinds) == 1 else f"{held}, one of " + ", ".join(f"`{kind}`" for kind in kinds)
     if "anyOf" in key:
         choices = [_type(choice, schema) for choice in key["anyOf"] if choice.get("type") != "null"]

@@ -26,14 +26,16 @@ def remarks(case: Case) -> list[str]:
 
 
 def _pressure(case: Case) -> Iterator[str]:
-    ratio, paper = case.load.pressure_ratio, PAPER.load.pressure_ratio
+    paper, modulus = PAPER.load.pressure_ratio, case.material.youngs_modulus
     low, high = PRESSURES
-    modulus = case.material.youngs_modulus
-    stands = f"p_in / E is {ratio:.3g}, {ratio / paper:.3g} times the paper's {paper:g}"
-    if ratio >= high * paper:
-        yield f"load: {stands}; states may not be stable or not be found: lower the pressure, or try `poro simulate`."
-    elif 0.0 < ratio < low * paper:
-        yield f"load: {stands}; hardly anything moves: check the units of pressure and modulus."
+    loads = {f"load.cases, {each.name}": case.load.only(each) for each in case.load.cases} or {"load": case.load}
+    for key, load in loads.items():
+        ratio = load.pressure_ratio
+        stands = f"{key}: p_in / E is {ratio:.3g}, {ratio / paper:.3g} times the paper's {paper:g}"
+        if ratio >= high * paper:
+            yield f"{stands}; states may not be stable or not be found: lower the pressure, or try `poro simulate`."
+        elif 0.0 < ratio < low * paper:
+            yield f"{stands}; hardly anything moves: check the units of pressure and modulus."
     if "pressure" not in case.given:
         return
     if "youngs_modulus" not in case.material.model_fields_set:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from actuator.arrays import Floats
 from pipeline.results.design import OptimisedDesign
 from pipeline.store.tables import as_csv
-from stages.design import HISTORY
+from stages.design import HISTORY, unit_of_column
 
 #: Room above and below a curve over its height, and the least term that is drawn over the largest.
 ROOM, LEAST = 0.08, 1e-6
@@ -63,5 +63,5 @@ def history_table(design: OptimisedDesign) -> str:
     names.insert(names.index("dt") + 1, "pseudo_time")
     columns = {**design.history, "pseudo_time": pseudo_time(design)}
     rows = zip(*(columns[name] for name in names), strict=True)
-    heading = (f"{name} [{HISTORY.get(name, '1')}]" for name in names)
+    heading = (f"{name} [{unit_of_column(name)}]" for name in names)
     return as_csv(heading, ([f"{value:.10g}" for value in row] for row in rows))

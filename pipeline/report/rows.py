@@ -67,7 +67,7 @@ class Entry:
 
 
 def performance(design: OptimisedDesign, reference: Reference | None, rig: RigUnits) -> list[Performance]:
-    """The design's performance beside the paper's."""
+    """The design's performance beside the paper's, and under the load cases after the first."""
     summary, history = design.summary, design.history
     _, load, _ = design.case.optimize.parameters()
     start = {name: float(history[name][0]) for name in ("C", "C0", "T1", "T3", "theta2")}
@@ -80,14 +80,19 @@ def performance(design: OptimisedDesign, reference: Reference | None, rig: RigUn
         "theta2": summary["theta2"],
         "elongation": summary["spring_elongation"],
     }
-    rows = (
+    rows = [
         ("main objective C0", "C0", 6, 1.0),
         ("shift of the arm's root T3 [mm]", "T3", 3, 1.0),
         ("rotation of the arm θ2 [°]", "theta2", 3, 180.0 / math.pi),
         (f"{travel(design.case)} [mm]", "elongation", 3, 1.0),
         ("shift of the arm's root T1 [mm]", "T1", 3, 1.0),
         ("total objective C", "C", 6, 1.0),
-    )
+    ]
+    for case, values in list(summary.get("load_cases", {}).items())[1:]:
+        own = {name: f"{name}.{case}" for name in ("C0", "T3", "theta2")}
+        start |= {key: float(history[key][0]) for key in own.values()}
+        end |= {key: values[name] for name, key in own.items()}
+        rows += [(f"{case}: {label}", own[key], digits, factor) for label, key, digits, factor in rows if key in own]
 
     def number(value: float, digits: int, factor: float) -> Number:
         return Number(factor * value, f"{factor * value:.{digits}f}".replace("-", "−"))
@@ -144,6 +149,7 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
     turned, moved = math.degrees(summary["theta2"]), summary["spring_elongation"]
     beside = f", {100 * moved / reference.elongation:.0f} % of what the paper reports" if reference else ""
     own = "" if rig.same else ", in size and modulus of the case,"
+    first = f" (load case {case.load.cases[0].name}, the first of {len(case.load.cases)})" if case.load.cases else ""
     if held(case):
         moves = f"pulls with {abs(whole_force(case, moved)):.3g} N at its end, which the spring holds"
     else:
@@ -152,7 +158,7 @@ def opening(design: OptimisedDesign, reference: Reference | None, rig: RigUnits)
     sentences = [
         f"{design.name} is {whose}: {cells} cells, Ψ_lim = {limits.energy_limit:.4g} N/mm².",
         *([f"What the paper leaves open is read so: {reading(case.optimize)}."] if reference else []),
-        f"Under {1e3 * load.pressure:.3g} kPa{own} it turns the arm by {turned:.2f}° and {moves}{beside}.",
+        f"Under {1e3 * load.pressure:.3g} kPa{own}{first} it turns the arm by {turned:.2f}° and {moves}{beside}.",
         *([] if rig.same else [f"{_of_part(rig)} {rig.millimetres(abs(moved)):.2f} mm."]),
         f"{count(summary['updates'], 'design update')} and {count(summary['evaluations'], 'evaluation')} were made. "
         f"{summary['reason']}",

@@ -176,6 +176,7 @@ def read_design(path: Path) -> OptimisedDesign:
         checkpoint=artifact.read_group(path, "optimize", "checkpoint"),
         converged=summary["converged"],
         reason=summary["reason"],
+        others={},
         case=case,
         source=path,
         identity=header.identity,

@@ -69,7 +69,7 @@ def reference_of(problem: ProblemSettings) -> Reference | None:
     """The paper's design of the same problem, on whatever mesh; None if the problem is another one."""
     material, limits = problem.material, problem.objective
     theirs = isinstance(problem.domain, HalfCylinderSettings) and material.law.name == "neo-hooke"
-    if not theirs or limits.terms or limits.goal:
+    if not theirs or limits.terms or limits.goal or problem.load.cases:
         return None
     found = problem.model_dump()
     found["objective"]["diffusivity_length"] = problem.parameters()[2].diffusivity_length

@@ -49,7 +49,7 @@ def case_of(text: str) -> Case:
 def test_a_case_with_units_is_the_one_with_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     bench, ratios = case_of(BENCH), case_of(RATIOS)
-    assert vars(bench.load) == pytest.approx(vars(ratios.load), rel=1e-12)
+    assert bench.load.model_dump() == pytest.approx(ratios.load.model_dump(), rel=1e-12)
     assert bench.model_copy(update={"load": ratios.load}) == ratios
 
 

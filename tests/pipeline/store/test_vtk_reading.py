@@ -47,6 +47,7 @@ def design(tmp_path: Path) -> Path:
         checkpoint={},
         converged=False,
         reason="",
+        others={},
     )
     return _write(tmp_path / "x.h5", "optimize", stages.optimize.pack(result))
 
