@@ -9,7 +9,8 @@ import pytest
 from physics import Floats, half_cylinder, halvings, parameters, rates
 
 from actuator.domains.chambers import Chambered, Channel
-from actuator.parameters import Load, LoadCase
+from actuator.load_case import LoadCase
+from actuator.parameters import Load
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.reduced import ReducedObjective
 
