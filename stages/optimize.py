@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
+from stages.chambers import posed, refuse_joined
 from stages.design import Result, lines, pack
 from stages.domains import DomainSettings
 from stages.ended import Reached, recorded, told
@@ -99,12 +100,13 @@ def run(
     from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
+    refuse_joined(settings)
     core, units = similar(settings)
     material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))
     compute = compute or Compute()
     use_threads(compute.threads)
-    optimizer, domain = settings.optimizer, core.domain.build()
+    optimizer, domain = settings.optimizer, posed(core)
     objective = ReducedObjective(
         domain,
         material,
