@@ -14,7 +14,7 @@ from stages.domains import DomainSettings
 from stages.ended import Reached, recorded, told
 from stages.events import Compiled, DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
-from stages.load import arm_end, held
+from stages.load import arm_end, held, refuse_across
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
@@ -101,6 +101,7 @@ def run(
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     refuse_joined(settings)
+    refuse_across(settings)
     core, units = similar(settings)
     material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))

@@ -76,6 +76,12 @@ class LoadCaseSettings(Section):
     pressure_ratio: float | None = Field(None, ge=0, description="p_in / E; left out, that of load [-]")
     spring_ratio: float | None = Field(None, ge=0, description="k_sp L_arm² / (E R³); left out, that of load [-]")
 
+    force_ratio: list[float] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        description="F / (E R²), dead force at the arm's end; left out, that of load [-]",
+    )
     chambers: dict[str, Ratio] = Field(
         {}, description="p / E by the name of the chamber, where there are several; one left out is open to the outside"
     )
@@ -102,6 +108,13 @@ class LoadSettings(Section):
     arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
     spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³), up to 1e6 [-]")
 
+    force_ratio: list[float] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        exclude_if=lambda force: force is None,  # as for cases
+        description="F / (E R²), dead force on the whole actuator at the arm's end, along X1, X2 and X3 [-]",
+    )
     chambers: list[ChamberSettings] = Field(
         [],
         exclude_if=lambda chambers: not chambers,  # as for cases
@@ -148,7 +161,9 @@ class LoadSettings(Section):
     def only(self, case: LoadCaseSettings) -> LoadSettings:
         """The load of one of the cases, as that of a section without cases."""
         own: dict[str, Any] = {
-            key: value for key in ("pressure_ratio", "spring_ratio") if (value := getattr(case, key)) is not None
+            key: value
+            for key in ("pressure_ratio", "spring_ratio", "force_ratio")
+            if (value := getattr(case, key)) is not None
         }
         chambers = self.chambers
         if case.chambers:
@@ -297,9 +312,13 @@ class ProblemSettings(Section):
             law=self.material.law.build(),
         )
         modulus, ratios = self.material.youngs_modulus, self.load.pressure_ratios
-        load = Load.from_ratios(
-            radius=domain.size, youngs_modulus=modulus, **self.load.model_dump(exclude={"cases", "chambers"})
-        )
+        own = self.load.model_dump(exclude={"cases", "chambers", "force_ratio"})
+        load = Load.from_ratios(radius=domain.size, youngs_modulus=modulus, **own)
+        if self.load.force_ratio:
+            # Of what is modelled: half an actuator, or a whole one.
+            unit = 0.5 * domain.halves * modulus * domain.size**2
+            along, across, up = (unit * ratio for ratio in self.load.force_ratio)
+            load = replace(load, force=(along, across, up))
         if ratios:
             load = replace(load, pressure=max(ratios) * modulus, chambers=tuple(ratio * modulus for ratio in ratios))
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)

@@ -11,6 +11,7 @@ import numpy as np
 
 from actuator.arrays import Floats, Ints
 from actuator.domains.interface import Domain
+from actuator.equations.end_force import end_force, end_tangent
 from actuator.equations.scheme import Element
 from actuator.parameters import Load
 
@@ -101,14 +102,16 @@ class Kinematics:
         return x[T3] - self.load.arm_length * np.sin(x[THETA2])
 
     def spring_force(self, x: Floats) -> Floats:
-        """Derivative of the spring's energy with respect to T, (3,)."""
+        """Derivative of the energy of spring and force at the arm's end with respect to T, (3,)."""
         rate = self.load.spring_stiffness * self.elongation(x)
-        return rate * np.array([0.0 * x[THETA2], 1.0 + 0.0 * x[THETA2], -self.load.arm_length * np.cos(x[THETA2])])
+        spring = rate * np.array([0.0 * x[THETA2], 1.0 + 0.0 * x[THETA2], -self.load.arm_length * np.cos(x[THETA2])])
+        return spring + end_force(x[ARM], self.load) if any(self.load.force) else spring
 
     def spring_tangent(self, x: Floats) -> Floats:
-        """Second derivative of the spring's energy with respect to T, (3, 3)."""
+        """Second derivative of the same energy with respect to T, (3, 3)."""
         arm, cosine = self.load.arm_length, np.cos(x[THETA2])
         direction = np.array([0.0, 1.0, -arm * cosine])
         tangent = np.outer(direction, direction).astype(np.result_type(x))
         tangent[2, 2] += self.elongation(x) * arm * np.sin(x[THETA2])
-        return self.load.spring_stiffness * tangent
+        spring = self.load.spring_stiffness * tangent
+        return spring + end_tangent(x[ARM], self.load) if any(self.load.force) else spring

@@ -17,7 +17,7 @@ from pipeline.case.writer import case_text
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.design import read_design
 from stages.chambers import posed
-from stages.inflate import one_chamber
+from stages.inflate import refuse_unlike
 from stages.similarity import similar
 
 CASE = """\
@@ -111,4 +111,4 @@ def test_chambers_go_from_the_case_to_the_part(poro: Poro) -> None:
         own = 0.02 * 2.736 if channel.name == "upper" else 0.0
         assert np.abs(design.pressure[inside] - own).max() < 0.02 * 0.02 * 2.736
     with pytest.raises(InvalidSettings, match=r"load\.chambers is not inflated"):
-        one_chamber(design.case.optimize)
+        refuse_unlike(design.case.optimize)
