@@ -84,12 +84,19 @@ class Load:
         spring_stiffness: k_sp, N/mm; of a whole actuator twice that of a half.
         chambers: pressures of the sources of several chambers, N/mm², of which p_in is the largest; a chamber at zero
             is open to the outside. Empty where there is one chamber, at p_in.
+        force: dead force at the arm's end along X1, X2 and X3, N; on half an actuator half of that on a whole one.
     """
 
     pressure: float
     arm_length: float
     spring_stiffness: float
     chambers: tuple[float, ...] = ()
+    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def none(self) -> bool:
+        """Whether nothing is there that could move the actuator."""
+        return self.pressure == 0.0 and not any(self.force)
 
     @classmethod
     def from_ratios(

@@ -211,6 +211,7 @@ def _constraints(design: Mapping[str, Any]) -> list[str]:
     shown = (
         ("wall_leak", "largest p / p_in on the outer wall {:.1e}"),
         ("wall_leak_second_order", "the same with second-order pressure {:.1e}"),
+        ("chamber_leak", "pressure off its own at the inlet of a chamber, over p_in {:.1e}"),
         ("energy_ratio", "largest energy density over its limit {:.3f}"),
         ("steepest", "steepest interface over its limit {:.3f}"),
         ("passive_share", "share of the solid in the passive core {:.1e}"),

@@ -19,7 +19,7 @@ from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailur
 from stages import refine
 from stages.datasets import Dataset, Packed, design
 from stages.events import FinishStep, Message, Observer, silent
-from stages.inflate import inflation_of
+from stages.inflate import inflation_of, refuse_unlike
 from stages.section import Section
 from stages.settings import ProblemSettings
 from stages.task import Compute, Task
@@ -113,11 +113,13 @@ def run(
         observer: is told of every part.
 
     Raises:
+        actuator.failure.InvalidSettings: if the case has several chambers or a force.
         actuator.failure.NotInflatable: if the design is no part with a closed chamber between the plates.
         actuator.failure.SolveFailure: if it has no state at p_in.
     """
     if settings.method is None:
         return Result(domain, chi, {}, 0)
+    refuse_unlike(problem)
     from actuator.threads import use_threads
 
     compute = compute or Compute()

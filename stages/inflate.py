@@ -92,6 +92,7 @@ def run(
     solid = _glued(vertices, triangles, settings.axis, observer)
     scale = settings.part_scale or solid.length / problem.domain.length
     solid = _in_case_units(solid, scale)
+    refuse_unlike(problem)
     problem = _with_pressure(problem.leading, settings, youngs_modulus)
     material, load, _ = problem.parameters()
     mesh = mesh_of(solid, settings.size)
@@ -135,6 +136,24 @@ def _in_case_units(solid: Glued, scale: float) -> Glued:
 
     surface = Surface(solid.surface.vertices / scale, solid.surface.triangles)
     return replace(solid, surface=surface, length=solid.length / scale)
+
+
+def refuse_unlike(problem: ProblemSettings) -> None:
+    """Refuse a part that is loaded by more than one pressure and a spring.
+
+    Raises:
+        actuator.failure.InvalidSettings: if the case has several chambers, or a force at the arm's end.
+    """
+    if problem.load.chambers:
+        raise InvalidSettings(
+            "The part of a case with load.chambers is not inflated: all its cavities would get one pressure; "
+            "`poro simulate` follows the chambers of the first load case, `poro export` makes the part."
+        )
+    if problem.leading.load.force_ratio:
+        raise InvalidSettings(
+            "The part of a case with load.force_ratio is not inflated: its arm would have no force at its end; "
+            "`poro simulate` follows the design with it, `poro export` makes the part."
+        )
 
 
 def _with_pressure(problem: ProblemSettings, settings: Settings, youngs_modulus: float | None) -> ProblemSettings:

@@ -72,10 +72,16 @@ def first_design(settings: InitialSettings, problem: ProblemSettings, given: Giv
     if settings.own:
         return None
     from actuator.geometry.transfer import around_chamber, interpolated, of_solid  # VTK: only where it is wanted
+    from stages.chambers import posed
     from stages.check.soundness import sound
 
-    domain, limits = problem.domain.build(), problem.objective
+    domain, limits = posed(problem), problem.objective
     if settings.wall is not None:
+        if problem.load.chambers:
+            raise InvalidSettings(
+                "initial.wall: a wall along the outside leaves one chamber, and load.chambers has several; remove it "
+                "to begin with walls between them."
+            )
         if settings.wall >= domain.size:
             raise InvalidSettings(
                 f"initial.wall: a wall of {settings.wall:g} mm leaves no chamber in a domain of {domain.size:g} mm; "

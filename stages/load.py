@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from actuator.failure import InvalidSettings
 from stages.settings import ProblemSettings
 
 #: Spring ratio from which the arm's end counts as held. On 384 cells of the paper's case the travel is then 1/970
@@ -19,6 +20,20 @@ def held(problem: ProblemSettings) -> bool:
 def travel(problem: ProblemSettings) -> str:
     """What the travel of the arm's end is called."""
     return "elongation of the spring" if problem.leading.load.spring_ratio else "travel of the arm's end"
+
+
+def refuse_across(problem: ProblemSettings) -> None:
+    """Refuse a force that half an actuator cannot take.
+
+    Raises:
+        actuator.failure.InvalidSettings: if it has a part across a symmetry plane.
+    """
+    forces = [problem.load.force_ratio, *(case.force_ratio for case in problem.load.cases)]
+    if problem.domain.halves == 1 and any(force and force[1] for force in forces):
+        raise InvalidSettings(
+            "load.force_ratio: half an actuator takes no force along X2, across its symmetry plane; write 0.0 as the "
+            "second number, or take a domain without a symmetry plane."
+        )
 
 
 def arm_end(problem: ProblemSettings, elongation: float) -> dict[str, Any]:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
+from stages.chambers import posed, refuse_joined
 from stages.design import Result, lines, pack
 from stages.domains import DomainSettings
 from stages.ended import Reached, recorded, told
 from stages.events import Compiled, DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
-from stages.load import arm_end, held
+from stages.load import arm_end, held, refuse_across
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
@@ -99,12 +100,14 @@ def run(
     from actuator.threads import use_threads
 
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
+    refuse_joined(settings)
+    refuse_across(settings)
     core, units = similar(settings)
     material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))
     compute = compute or Compute()
     use_threads(compute.threads)
-    optimizer, domain = settings.optimizer, core.domain.build()
+    optimizer, domain = settings.optimizer, posed(core)
     objective = ReducedObjective(
         domain,
         material,

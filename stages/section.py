@@ -113,7 +113,7 @@ def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
     choices = number["anyOf"] if set(number) == {"anyOf"} else [number]
     if vector := next((choice for choice in choices if choice.get("type") == "array"), None):
         vector["items"] = _or_quantity(vector["items"])
-        return key
+        return number | told
     return {"anyOf": [*choices, {"type": "string", "format": "quantity", "pattern": PATTERN}]} | told
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from itertools import combinations
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from actuator.equations.scheme import PressureElements, Scheme
 from actuator.parameters import Load, Material, Objective
@@ -53,6 +55,24 @@ def _gives(value: Any) -> Any:
     return value
 
 
+#: Names of load cases and chambers, which become names of columns and data sets.
+Name = Annotated[str, Field(max_length=30, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+Ratio = Annotated[float, Field(ge=0)]
+
+
+class ChamberSettings(Section):
+    """One of several chambers: a channel along X1 that is kept void and brings in air of a pressure of its own."""
+
+    name: Name = Field(description="of the chamber")
+    center: list[float] = Field(min_length=2, max_length=2, description="X2 and X3 of the channel's axis [mm]")
+    radius: float = Field(gt=0, description="of the channel; the air comes in within half of it [mm]")
+    pressure_ratio: float | None = Field(None, ge=0, description="p / E; left out, that of load [-]")
+
+    def overlaps(self, other: ChamberSettings) -> bool:
+        """Whether two channels have a place in common."""
+        return math.dist(self.center, other.center) <= self.radius + other.radius
+
+
 class LoadCaseSettings(Section):
     """One of several load cases; what it leaves out is that of `load`."""
 
@@ -61,11 +81,20 @@ class LoadCaseSettings(Section):
         "spring_stiffness": Instead("spring_ratio", "spring at the arm's end, of the whole actuator [N/mm]"),
     }
 
-    name: str = Field(max_length=30, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", description="by which results are told apart")
+    name: Name = Field(description="by which results are told apart")
     weight: float = Field(1.0, gt=0, description="factor on its C0; its leak and strain limit count whole [-]")
     pressure_ratio: float | None = Field(None, ge=0, description="p_in / E; left out, that of load [-]")
     spring_ratio: float | None = Field(None, ge=0, description="k_sp L_arm² / (E R³); left out, that of load [-]")
 
+    force_ratio: list[float] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        description="F / (E R²), dead force at the arm's end; left out, that of load [-]",
+    )
+    chambers: dict[str, Ratio] = Field(
+        {}, description="p / E by the name of the chamber, where there are several; one left out is open to the outside"
+    )
     goal: Goals = Field(
         None,
         min_length=1,
@@ -75,9 +104,15 @@ class LoadCaseSettings(Section):
 
     _spring = field_validator("spring_ratio", mode="before")(_gives)
 
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if self.chambers and self.pressure_ratio is not None:
+            raise ValueError("has both 'pressure_ratio' and 'chambers'; write one of the two")
+        return self
+
 
 class LoadSettings(Section):
-    """Pressure, rigid arm and foundation spring, per half actuator (Table 1), or several load cases."""
+    """Pressure, rigid arm and foundation spring, per half actuator (Table 1); several chambers and load cases."""
 
     instead: ClassVar[Mapping[str, Instead]] = {
         "pressure": Instead("pressure_ratio", "p_in of an actuator of material.youngs_modulus [kPa]"),
@@ -89,6 +124,18 @@ class LoadSettings(Section):
     arm_ratio: float = Field(4.0, gt=0, description="L_arm / R [-]")
     spring_ratio: float = Field(1.6e-2, ge=0, description="k_sp L_arm² / (E R³), up to 1e6 [-]")
 
+    force_ratio: list[float] | None = Field(
+        None,
+        min_length=3,
+        max_length=3,
+        exclude_if=_nothing,
+        description="F / (E R²), dead force on the whole actuator at the arm's end, along X1, X2 and X3 [-]",
+    )
+    chambers: list[ChamberSettings] = Field(
+        [],
+        exclude_if=_nothing,
+        description="several chambers that stay apart, in place of the domain's own inlet",
+    )
     cases: list[LoadCaseSettings] = Field(
         [],
         exclude_if=_nothing,
@@ -97,18 +144,59 @@ class LoadSettings(Section):
 
     _spring = field_validator("spring_ratio", mode="before")(_gives)
 
+    @field_validator("chambers")
+    @classmethod
+    def _apart(cls, chambers: list[ChamberSettings]) -> list[ChamberSettings]:
+        if twice := _twice(chambers):
+            raise ValueError(f"two chambers are called '{twice}'; give each a name of its own")
+        for one, other in combinations(chambers, 2):
+            if one.overlaps(other):
+                raise ValueError(
+                    f"'{one.name}' and '{other.name}' are joined: their channels overlap; move them apart or make them "
+                    "thinner"
+                )
+        return chambers
+
     @field_validator("cases")
     @classmethod
-    def _told_apart(cls, cases: list[LoadCaseSettings]) -> list[LoadCaseSettings]:
-        names = [case.name for case in cases]
-        if twice := next((name for name in names if names.count(name) > 1), None):
+    def _told_apart(cls, cases: list[LoadCaseSettings], info: ValidationInfo) -> list[LoadCaseSettings]:
+        if twice := _twice(cases):
             raise ValueError(f"two load cases are called '{twice}'; give each a name of its own")
+        known = [chamber.name for chamber in info.data.get("chambers", [])]
+        for case in cases:
+            if unknown := next((name for name in case.chambers if name not in known), None):
+                there = f"there are {', '.join(known)}" if known else "load.chambers has none"
+                raise ValueError(f"load case '{case.name}' has a chamber '{unknown}', and {there}; write one of these")
         return cases
+
+    @property
+    def pressure_ratios(self) -> list[float]:
+        """p / E of every chamber; none where there is no more than the domain's own."""
+        return [self.pressure_ratio if each.pressure_ratio is None else each.pressure_ratio for each in self.chambers]
 
     def only(self, case: LoadCaseSettings) -> LoadSettings:
         """The load of one of the cases, as that of a section without cases."""
-        own = {key: value for key in ("pressure_ratio", "spring_ratio") if (value := getattr(case, key)) is not None}
+        own: dict[str, Any] = {
+            key: value
+            for key in ("pressure_ratio", "spring_ratio", "force_ratio")
+            if (value := getattr(case, key)) is not None
+        }
+        chambers = self.chambers
+        if case.chambers:
+            ratios = [case.chambers.get(each.name, 0.0) for each in chambers]
+            own["pressure_ratio"] = max(ratios)
+        else:
+            ratios = [own.get("pressure_ratio", each) for each in self.pressure_ratios]
+        own["chambers"] = [
+            each.model_copy(update={"pressure_ratio": ratio}) for each, ratio in zip(chambers, ratios, strict=True)
+        ]
         return self.model_copy(update={**own, "cases": []})
+
+
+def _twice(named: Sequence[ChamberSettings] | Sequence[LoadCaseSettings]) -> str | None:
+    """A name that two of them have."""
+    names = [each.name for each in named]
+    return next((name for name in names if names.count(name) > 1), None)
 
 
 class ObjectiveSettings(Section):
@@ -254,9 +342,16 @@ class ProblemSettings(Section):
             **self.material.model_dump(exclude={"law"}),
             law=self.material.law.build(),
         )
-        load = Load.from_ratios(
-            radius=domain.size, youngs_modulus=self.material.youngs_modulus, **self.load.model_dump(exclude={"cases"})
-        )
+        modulus, ratios = self.material.youngs_modulus, self.load.pressure_ratios
+        own = self.load.model_dump(exclude={"cases", "chambers", "force_ratio"})
+        load = Load.from_ratios(radius=domain.size, youngs_modulus=modulus, **own)
+        if self.load.force_ratio:
+            # Of what is modelled: half an actuator, or a whole one.
+            unit = 0.5 * domain.halves * modulus * domain.size**2
+            along, across, up = (unit * ratio for ratio in self.load.force_ratio)
+            load = replace(load, force=(along, across, up))
+        if ratios:
+            load = replace(load, pressure=max(ratios) * modulus, chambers=tuple(ratio * modulus for ratio in ratios))
         load = replace(load, spring_stiffness=domain.halves * load.spring_stiffness)
         weights = objective.model_dump(exclude={"goal"})
         limits = Objective.from_strain_limit(

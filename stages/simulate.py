@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, PositiveFloat
 
 from actuator.failure import InvalidSettings
+from stages.chambers import posed
 from stages.curves import Result, lines, pack, shortfall
 from stages.datasets import Source, design
 from stages.design import Design
@@ -90,7 +91,7 @@ def run(
     from actuator.threads import use_threads
 
     problem = problem.leading
-    if problem.load.pressure_ratio == 0.0:
+    if problem.parameters()[1].pressure == 0.0:
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
     core, units = similar(problem)
@@ -113,7 +114,7 @@ def _equilibrium(problem: ProblemSettings, settings: Settings, compute: Compute)
     from actuator.solve.equilibrium import Equilibrium
 
     return Equilibrium(
-        problem.domain.build(),
+        posed(problem),
         *problem.parameters(),
         tolerance=settings.state_tolerance,
         solver=compute.linear_solver,

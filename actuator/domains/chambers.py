@@ -149,6 +149,10 @@ class Chambered(Domain):
             nearest = np.minimum(nearest, np.linalg.norm(places - start - share[..., None] * along, axis=-1))
         return nearest
 
+    def room(self, channel: Channel) -> float:
+        """Distance of a channel from the outside, mm."""
+        return float(self.depth(np.array([0.0, *channel.center]))) - channel.radius
+
     def profiles(self, points: Floats) -> Floats:
         """Profile of the source of each channel, Eq. (18), (n_channels, ...)."""
         ramps = [(channel.radii(points) / channel.radius - FULL) / (NONE - FULL) for channel in self.channels]

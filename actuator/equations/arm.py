@@ -119,6 +119,16 @@ class RigidArm:
             self.stiffness * (np.outer(slope, slope) + value * curvature),
         )
 
+    def pulled(self, T: Floats, force: Floats) -> tuple[Floats, Floats]:
+        """First (m,) and second (m, m) derivative of -F · u of the arm's end.
+
+        Args:
+            T: free coordinates, (m,).
+            force: F, (3,), N: it keeps its size and direction while the arm moves.
+        """
+        end = np.array([[self.length + self.reach, 0.0, 0.0]])
+        return -(force @ self.directions(T, end)[0]), -self.second_variation(T, end, force[None])
+
     def _along(self, T: Floats) -> tuple[Any, Floats, Floats]:
         R, dR, ddR = self.rotations(T)
         slope = self.reach * dR[:, 2, 0]

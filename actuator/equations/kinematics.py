@@ -35,6 +35,7 @@ class Kinematics:
         self.tip: Ints = domain.tip.nodes
         self._plate: Floats = domain.nodes[self.tip]
         names = OF_HALF if domain.mirrored else COORDINATES
+        self.load, self._force = load, np.array(load.force)
         self.arm = RigidArm(domain.length, load.arm_length, load.spring_stiffness, names)
         free = np.ones((len(domain.nodes), 3), dtype=bool)
         free[domain.fixed.nodes] = False
@@ -100,9 +101,13 @@ class Kinematics:
         return self.arm.elongation(x[self.of_arm])
 
     def spring_force(self, x: Floats) -> Floats:
-        """Derivative of the spring's energy, Eq. (8), with respect to T, (m,)."""
-        return self.arm.spring(x[self.of_arm])[1]
+        """Derivative of the energy of spring and force at the arm's end, Eq. (8), with respect to T, (m,)."""
+        T = x[self.of_arm]
+        spring = self.arm.spring(T)[1]
+        return spring + self.arm.pulled(T, self._force)[0] if self._force.any() else spring
 
     def spring_tangent(self, x: Floats) -> Floats:
-        """Second derivative of the spring's energy with respect to T, (m, m)."""
-        return self.arm.spring(x[self.of_arm])[2]
+        """Second derivative of the same energy with respect to T, (m, m)."""
+        T = x[self.of_arm]
+        spring = self.arm.spring(T)[2]
+        return spring + self.arm.pulled(T, self._force)[1] if self._force.any() else spring

@@ -164,7 +164,7 @@ class Equilibrium:
     @property
     def scales(self) -> tuple[float, float]:
         """Forces (N) and flows (mm³/s) that residuals are measured against: those of the load itself."""
-        if self.coefficients.pressure == 0.0:  # no load: measuring against it would be measuring against rounding
+        if self.kinematics.load.none:  # measuring against it would be measuring against rounding
             return 1.0, 1.0
         if self._scales is None:
             p = np.full(self.domain.mesh.nvertices, self.coefficients.pressure)
@@ -206,7 +206,7 @@ class Equilibrium:
     # -------------------------------------------------------------------- Newton
 
     def solve(self, chi: Floats, start: tuple[Floats, Floats] | None = None) -> State:
-        """The state of a design by Newton's method; rest, without solving anything, where p_in is zero.
+        """The state of a design by Newton's method; rest, without solving anything, where there is no load.
 
         The factors at hand serve, or where they have become too dear those of the tangent at the start.
 
@@ -217,7 +217,7 @@ class Equilibrium:
         Raises:
             NoState: if Newton's method does not converge.
         """
-        if self.coefficients.pressure == 0.0:
+        if self.kinematics.load.none:
             return self._rest(chi)
         fresh, remedy = start is None or self._workspace.worn, self._at_rest if start is None else NEARBY
         self._workspace.uses.append(0)

@@ -265,7 +265,7 @@ class LoadedCase:
     ) -> tuple[Floats, Floats, Floats]:
         """The part of dC/dχ that comes by way of the state, (n_vertices,), and Λ_x and Λ_p."""
         equilibrium, zero = self.equilibrium, (np.zeros_like(state.x), np.zeros_like(state.p))
-        if equilibrium.coefficients.pressure == 0.0 and not state.x.any():
+        if self.load.none and not state.x.any():
             # At rest there is neither stress nor flow that χ could change, whatever the multipliers.
             return np.zeros_like(state.chi), *zero
         _, gx, gp = self.derivatives(state.chi, state.x, state.p, *zero, state.nodal)

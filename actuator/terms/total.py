@@ -113,8 +113,9 @@ class Weighted(StateTerm):
 
 
 def _sum(found: Sequence[Value]) -> Value:
-    """A term summed over load cases, with the largest of what it measures."""
+    """A term summed over load cases, with the largest of what it measures in any of them."""
     if len(found) == 1:
         return found[0]
-    measures = {name: max(each.measures[name] for each in found) for name in found[0].measures}
+    names = dict.fromkeys(name for each in found for name in each.measures)
+    measures = {name: max(each.measures[name] for each in found if name in each.measures) for name in names}
     return Value(sum(each.value for each in found), measures)

@@ -17,6 +17,7 @@ from pipeline.figures.shading import projection
 from pipeline.figures.sheet import Place, directions, padded, sheet, show
 from pipeline.figures.states import opened, solid_of, surface_of
 from pipeline.results.design import OptimisedDesign
+from stages.chambers import posed
 
 EDGE, DOMAIN, SOURCE = "#2f7fc1", "#3a3f45", "#c00000"
 DENSITY = Scale("Greys", 1.0, "density ρ")
@@ -81,7 +82,7 @@ def _density(
         places: the same points in the domain, (n, m, 3), or their mirror images.
         inside: which of them lie in the domain, (n, m).
     """
-    domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
+    domain, (_, _, limits) = posed(design.case.optimize), design.case.optimize.parameters()
     if domain.mirrored:
         places = np.stack([places[..., 0], np.abs(places[..., 1]), places[..., 2]], axis=-1)
     chi = domain.initial_design(places, limits.interface_width, limits.length_unit)
@@ -97,7 +98,7 @@ def _density(
 
 
 def _solid(design: OptimisedDesign) -> list[Piece]:
-    domain, (_, _, limits) = design.domain, design.case.optimize.parameters()
+    domain, (_, _, limits) = posed(design.case.optimize), design.case.optimize.parameters()
     chi = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
     if not (chi > 0.0).any():
         return []  # the sections show why

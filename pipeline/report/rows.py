@@ -118,6 +118,7 @@ def constraints(summary: Summary) -> list[Constraint]:
     shown = (
         ("largest p / p_in on the outer wall", "wall_leak", 0.0, 1e-2),
         ("the same with second-order pressure", "wall_leak_second_order", 0.0, 1e-2),
+        ("pressure off its own at the inlet of a chamber, over p_in", "chamber_leak", 0.0, 1e-2),
         ("largest energy density over its limit, max Ψ / Ψ_lim", "energy_ratio", 1.0, 0.0),
         ("steepest interface over its limit, max ‖∇χ‖ L_i / 8", "steepest", 1.0, 0.0),
         ("share of the solid in the passive core", "passive_share", 0.0, 1e-6),

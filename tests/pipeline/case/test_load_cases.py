@@ -12,6 +12,7 @@ import yaml
 from command_line import Poro
 from jsonschema import Draft202012Validator
 
+from actuator.failure import InvalidSettings
 from pipeline.case.model import case_schema, parse_case
 from pipeline.case.remarks import remarks
 from pipeline.exit_codes import ExitCode, Fault
@@ -19,6 +20,7 @@ from pipeline.results.design import read_design
 from pipeline.results.paper import reference_of
 from pipeline.runs.keys import plain
 from pipeline.store import artifact
+from stages.inflate import refuse_unlike
 from stages.optimize import needs
 
 CASE = """\
@@ -145,3 +147,25 @@ def test_what_is_interrupted_is_shown_and_goes_on(tmp_path: Path, poro: Poro) ->
     straight = read_design(Path("two/two.h5"))
     np.testing.assert_array_equal(resumed.chi, straight.chi)
     np.testing.assert_array_equal(resumed.displacement, straight.displacement)
+
+
+def test_a_force_counts_for_the_whole_actuator() -> None:
+    text = "domain: {radius: 10.0}\nload: {force_ratio: [0, 0, -1.0e-4], cases: [{name: a}, {name: b, FREE}]}"
+    free = "force_ratio: [1.0e-4, 0.0, 0.0], pressure_ratio: 0.0"
+    pulled, pushed = (each.load for each in parse_case(text.replace("FREE", free).encode(), "x.yaml", "x").load_cases())
+    assert pulled.force == pytest.approx((0.0, 0.0, -0.5e-4 * 2.736 * 100.0))
+    assert pushed.force == pytest.approx((0.5e-4 * 2.736 * 100.0, 0.0, 0.0))
+    assert not pushed.none
+
+
+def test_a_force_across_the_symmetry_plane_is_refused(tmp_path: Path, poro: Poro) -> None:
+    Path("x.yaml").write_text("domain: {core_cells: 2, rings: 1, layers: 3}\nload: {force_ratio: [0, 1.0e-4, 0]}\n")
+    ended = poro("optimize", "x.yaml", "--threads", "1", "--output", ".")
+    assert ended.code == ExitCode.USAGE
+    assert "load.force_ratio: half an actuator takes no force along X2" in ended.err
+
+
+def test_a_part_is_not_inflated_without_its_force() -> None:
+    case = parse_case(b"load: {force_ratio: [0.0, 0.0, -1.0e-4]}", "x.yaml", "x")
+    with pytest.raises(InvalidSettings, match=r"load\.force_ratio is not inflated"):
+        refuse_unlike(case.optimize)
