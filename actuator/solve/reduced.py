@@ -16,6 +16,7 @@ from actuator.equations.kinematics import ARM, THETA2, Kinematics
 from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
 from actuator.parameters import Load, Material, Objective
+from actuator.regions.bounds import Regions
 from actuator.solve.equilibrium import Equilibrium
 from actuator.solve.state import State
 from actuator.terms import total_objective
@@ -84,6 +85,7 @@ class ReducedObjective:
         solver: SolverName = "auto",
         threads: int = 2,
         scheme: Scheme = DEFAULT,
+        regions: Regions | None = None,
     ) -> None:
         self.domain, self.load, self.objective = domain, load, objective
         self.equilibrium = Equilibrium(
@@ -91,7 +93,7 @@ class ReducedObjective:
         )
         self.discretisation = self.equilibrium.discretisation
         self.adjoint_tolerance = adjoint_tolerance
-        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective)
+        self.problem = Problem(self.discretisation, self.equilibrium.coefficients, load, objective, regions)
         self.total = total_objective(self.problem, self.equilibrium.tangent.darcy)
         self.design = self.total.design
 

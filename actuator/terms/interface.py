@@ -20,6 +20,7 @@ from actuator.arrays import Floats
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.material.constants import Constants
 from actuator.parameters import Load, Objective
+from actuator.regions.bounds import Regions
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,14 @@ class Problem:
         coefficients: of the material's laws, as compiled code takes them.
         load: pressure, arm and spring.
         objective: weights and limits.
+        regions: of the domain that stay void or solid; none if None.
     """
 
     discretisation: Discretisation
     coefficients: Constants
     load: Load
     objective: Objective
+    regions: Regions | None = None
 
 
 class Fields(NamedTuple):
