@@ -57,7 +57,7 @@ class InvalidRegion(InvalidSettings):
 
     def __init__(self, number: int, sentence: str) -> None:
         super().__init__(f"regions.{number}: {sentence}.")
-        self.number = number
+        self.number, self.sentence = number, sentence
 
 
 class NotInflatable(Failure):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stages import regions
 from stages.datasets import (
     HEXAHEDRON,
     QUADRATIC_HEXAHEDRON,
@@ -25,6 +26,7 @@ from stages.datasets import (
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
+    from stages.regions import Bodies
     from stages.rig import RigUnits
 
 #: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
@@ -77,6 +79,7 @@ class Result(Design):
         checkpoint: what :func:`stages.optimize.run` needs to continue from here, in the units of the computation.
         converged: whether the stationarity measure was reached.
         reason: one sentence saying why the optimisation ended.
+        bodies: what the files of regions hold, by the number of the region.
     """
 
     history: dict[str, Floats]
@@ -84,6 +87,7 @@ class Result(Design):
     checkpoint: dict[str, Floats]
     converged: bool
     reason: str
+    bodies: Bodies = field(default_factory=dict, kw_only=True)
 
 
 def pack(result: Result, kept: Kept | None = None) -> Packed:
@@ -109,6 +113,7 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
         "nodes/displacement": Dataset(result.displacement, "mm", "displacement u"),
         "arm": Dataset(result.arm, "mm, mm, rad", "rigid motion T1, T3, theta2 of the arm's root"),
         **of_domain(domain),
+        **regions.pack(result.bodies),
         **{
             f"history/{name}": Dataset(column, HISTORY.get(name, "1"), f"{name} after every design update")
             for name, column in result.history.items()
@@ -178,6 +183,7 @@ def _constraints(design: Mapping[str, Any]) -> list[str]:
         ("energy_ratio", "largest energy density over its limit {:.3f}"),
         ("steepest", "steepest interface over its limit {:.3f}"),
         ("passive_share", "share of the solid in the passive core {:.1e}"),
+        ("solid_missing", "share of the solid regions that is void {:.1e}"),
     )
     # Where the second-order check could not be made, its figure is not there.
     return [text.format(design[key]) for key, text in shown if key in design]

@@ -52,7 +52,7 @@ class Section(BaseModel):
         """Count a quantity in the unit of its key; of one in place of a ratio, say which key takes it."""
         name = str(info.field_name)
         if unit := unit_of(cls.model_fields[name].description):
-            return counted(value, unit)
+            return [counted(each, unit) for each in value] if isinstance(value, list) else counted(value, unit)
         for key, instead in cls.instead.items():
             if instead.ratio == name and is_quantity(value):
                 raise ValueError(f"is a number without a unit; write '{key}: {value.strip()}' in place of it")
@@ -78,8 +78,9 @@ class Section(BaseModel):
     @classmethod
     def _in_range(cls, value: Any) -> Any:
         """Refuse numbers of which a product of several would overflow or vanish."""
-        if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
-            raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
+        for each in value if isinstance(value, list) else [value]:
+            if isinstance(each, float) and each and not SMALLEST <= abs(each) <= LARGEST:
+                raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
         return value
 
     def in_units(self, length: float, stress: float) -> Self:
@@ -95,13 +96,18 @@ class Section(BaseModel):
             unit = next((unit for unit in divisors if unit in (field.description or "")), None)
             if isinstance(value, Section):
                 changed[name] = value.in_units(length, stress)
+            elif isinstance(value, list) and value and isinstance(value[0], Section):
+                changed[name] = [each.in_units(length, stress) for each in value]
             elif unit and value is not None:
-                changed[name] = value / divisors[unit]
+                divisor = divisors[unit]
+                changed[name] = [each / divisor for each in value] if isinstance(value, list) else value / divisor
         return self.model_copy(update=changed)
 
 
 def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
-    """The schema of a number that may also be text with a unit."""
+    """The schema of a number, or of a list of numbers, that may also be text with a unit."""
+    if key.get("type") == "array":
+        return key | {"items": _or_quantity(key["items"])}
     told = {name: key[name] for name in ("title", "description", "default") if name in key}
     number = {name: value for name, value in key.items() if name not in told}
     choices = number["anyOf"] if set(number) == {"anyOf"} else [number]

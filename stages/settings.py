@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
@@ -12,8 +12,14 @@ from actuator.equations.scheme import PressureElements, Scheme
 from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
 from stages.laws import AnyLawSettings, NeoHookeSettings
+from stages.regions import AnyRegionSettings, regions_on
 from stages.section import Instead, Section
 from stages.units import rounded
+
+if TYPE_CHECKING:
+    from actuator.domains.interface import Domain
+    from actuator.regions.bounds import Bounds
+    from stages.regions import Bodies
 
 __all__ = ["LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
@@ -123,13 +129,16 @@ class ElementSettings(Section):
 
 
 class ProblemSettings(Section):
-    """Everything that defines the optimisation problem: domain, material, load, objective, and its elements."""
+    """Everything that defines the optimisation problem: domain and its regions, material, load, objective, elements."""
 
     domain: AnyDomainSettings = HalfCylinderSettings()
     material: MaterialSettings = MaterialSettings()
     load: LoadSettings = LoadSettings()
     objective: ObjectiveSettings = ObjectiveSettings()
     elements: ElementSettings = ElementSettings()
+    regions: list[AnyRegionSettings] = Field(
+        [], description="parts of the domain that stay void or solid; a later one wins where it is free"
+    )
 
     def ratios(self, quantities: Mapping[str, float]) -> dict[str, float]:
         """The ratios of :class:`LoadSettings` that quantities are in place of, for this domain and material.
@@ -157,6 +166,20 @@ class ProblemSettings(Section):
             "spring_stiffness": 2.0 * load.spring_ratio * modulus * size**3 / arm**2,
         }
         return {key: rounded(value) for key, value in found.items()}
+
+    def bounds(self, domain: Domain, bodies: Bodies) -> Bounds | None:
+        """Bounds on χ at the vertices of a domain that keep the regions in the part; None without regions.
+
+        Args:
+            domain: that of the case, or a finer one.
+            bodies: what the files hold that regions name, by the number of the region.
+        """
+        if not self.regions:
+            return None
+        limits = self.objective
+        return regions_on(domain, self.regions, bodies).bounds(
+            domain.points, limits.interface_width, limits.length_unit
+        )
 
     def parameters(self) -> tuple[Material, Load, Objective]:
         """The model's parameters in N, mm and s."""

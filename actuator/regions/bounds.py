@@ -7,7 +7,7 @@ and maxima, which leaves them exact on one side of the surface and right in sign
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,11 +20,10 @@ from actuator.regions.shapes import Shape
 
 Kind = Literal["void", "solid", "free"]
 
-#: By how much of χ a lower bound stays below an upper one in the optimisation, so that trilinear elements can keep
-#: both: a quarter of an interface width. At a border of void and solid the bounds are one function, which is linear in
-#: no cell that a curved border runs through; without a gap, or with half of this one, C_χ stays 1e2 to 1e5 on meshes of
-#: 1,080 and 5,040 cells, whatever the design, and with it falls to zero.
-GAP = 2.0
+#: By how much of χ a lower bound stays below an upper one in the optimisation: a sixteenth of an interface width. At a
+#: border of void and solid, and at an outer wall, the two are one function, and the interior point method of the
+#: subproblems needs room between them.
+GAP = 0.5
 
 
 class Region(NamedTuple):
@@ -51,10 +50,30 @@ class Bounds(NamedTuple):
     upper: Floats | None
 
     def kept(self, chi: Floats, level: float = 0.0) -> Floats:
-        """χ moved inside the bounds; they are for solids {χ > level}."""
-        if self.lower is not None:
-            chi = np.maximum(chi, self.lower + level)
-        return chi if self.upper is None else np.minimum(chi, self.upper + level)
+        """χ moved inside the bounds, which are for solids {χ > level}; the upper one counts where they cross."""
+        lower, upper = self.at(level)
+        if lower is not None:
+            chi = np.maximum(chi, lower)
+        return chi if upper is None else np.minimum(chi, upper)
+
+    def at(self, level: float) -> Bounds:
+        """The same for solids {χ > level}."""
+        return Bounds(*(each if each is None or not level else each + level for each in self))
+
+    def also(self, other: Bounds) -> Bounds:
+        """These bounds and others."""
+        return Bounds(_either(np.maximum, self.lower, other.lower), _either(np.minimum, self.upper, other.upper))
+
+    def around(self, chi: Floats) -> Bounds:
+        """The same, widened to a design that lies beyond them."""
+        lower, upper = self
+        return Bounds(
+            None if lower is None else np.minimum(lower, chi), None if upper is None else np.maximum(upper, chi)
+        )
+
+
+def _either(choose: Callable[[Floats, Floats], Floats], one: Floats | None, other: Floats | None) -> Floats | None:
+    return one if other is None else other if one is None else choose(one, other)
 
 
 class _Depths(NamedTuple):
@@ -104,12 +123,23 @@ class Regions:
         least = least if upper is None else np.minimum(least, upper)
         return Bounds(np.minimum((slope * found.solid).reshape(shape), least - gap), upper)
 
-    def fitted(self, chi: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """A design at the vertices, (n_vertices,), changed smoothly to one within the bounds; without any the same.
+    def all_bounds(self, interface_width: float, length_unit: float = 1.0) -> Bounds:
+        """Bounds for the optimisation at the vertices, (n_vertices,): the domain's own too, and a gap between them.
 
-        Minimum and maximum are those of Eq. (20), which run below and above the sharp ones; only what they leave
-        outside of the bounds, less than an interface width from a surface, is cut off.
+        Between the vertices they are meant to be as linear in the cells as χ is. A design that keeps them at the
+        vertices then keeps them everywhere, on any mesh; exact ones, of a hole in cells as wide as it, none may keep.
         """
+        domain = self._domain
+        lower, upper = self.bounds(domain.points, interface_width, length_unit, GAP)
+        own = domain.passive_bound(domain.points, interface_width, length_unit)
+        return Bounds(lower, own if upper is None else np.minimum(own, upper))
+
+    def clipped(self, chi: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """A design at the vertices, (n_vertices,), moved inside all bounds; without regions the same."""
+        return self.all_bounds(interface_width, length_unit).kept(chi) if self.bind else chi
+
+    def fitted(self, chi: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """The same by the smooth minimum and maximum of Eq. (20), and only what they leave beyond the bounds is cut."""
         if not self.bind:
             return chi
         width = interface_width / length_unit
@@ -118,7 +148,7 @@ class Regions:
             chi = -smooth_minimum(-chi, -bounds.lower, width)
         if bounds.upper is not None:
             chi = smooth_minimum(chi, bounds.upper, width)
-        return bounds.kept(chi)
+        return self.clipped(chi, interface_width, length_unit)
 
     def check(self, interface_width: float, length_unit: float = 1.0) -> None:
         """Refuse regions that the mesh cannot show, or that cannot all be met at its vertices.

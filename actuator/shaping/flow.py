@@ -21,6 +21,7 @@ from actuator.body.strain import Strains, strains
 from actuator.domains.interface import Domain
 from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailure
 from actuator.parameters import Load
+from actuator.regions.bounds import Bounds
 from actuator.shaping.bounds import Widths, widths
 from actuator.shaping.derivatives import shape_gradient, strain_aggregate, travel
 from actuator.shaping.metric import Metric
@@ -142,7 +143,8 @@ class Flow:
     Args:
         domain: of the design.
         chi: χ at its vertices, (n_vertices,).
-        bound: upper bound of χ of the passive region, (n_vertices,).
+        bounds: on χ, of the passive region and of regions of the case, (n_vertices,); what lies beyond does not go
+            farther.
         threshold: level of the surface.
         inflation_of: makes the problem of a mesh.
         load: pressure, arm and spring.
@@ -155,7 +157,7 @@ class Flow:
         self,
         domain: Domain,
         chi: Floats,
-        bound: Floats,
+        bounds: Bounds,
         threshold: float,
         inflation_of: Callable[[BodyMesh], Inflation],
         load: Load,
@@ -164,7 +166,7 @@ class Flow:
         controls: Controls,
         threads: int,
     ) -> None:
-        self._domain, self._bound, self._threshold = domain, bound, threshold
+        self._domain, self._bounds, self._threshold = domain, bounds, threshold
         self._inflation_of, self._load, self._modulus = inflation_of, load, youngs_modulus
         self._limits, self._controls, self._least_wall = limits, controls, limits.wall
         self._tetrahedra = domain.tetrahedra()
@@ -225,7 +227,7 @@ class Flow:
         for left in reversed(range(self._controls.cuts)):
             chi = known.chi + change
             try:
-                return self._known(np.minimum(chi, np.maximum(self._bound, known.chi)), known)
+                return self._known(self._bounds.around(known.chi).kept(chi), known)
             except (EmptySolid, NotManifold, NotInflatable, SolveFailure):
                 if not left:
                     raise

@@ -10,7 +10,6 @@ from numba import njit
 
 from actuator.arrays import Bools, Floats, Ints
 from actuator.equations.points import PointFields
-from actuator.regions.bounds import GAP
 from actuator.terms.interface import Problem
 
 
@@ -33,9 +32,9 @@ class PassiveRegion:
         self.lower: Floats | None = None
         self.by_class = not (problem.regions and problem.regions.bind)
         if problem.regions and problem.regions.bind:
-            places = np.einsum("qa,eai->eqi", geometry.shape, discretisation.domain.points[geometry.cells])
-            self.lower, upper = problem.regions.bounds(places, *widths, gap=GAP)
-            self.upper = self.upper if upper is None else np.minimum(self.upper, upper)
+            lower, upper = problem.regions.all_bounds(*widths)
+            assert upper is not None, "the domain has one of its own"
+            self.lower, self.upper = None if lower is None else self._points.at(lower), self._points.at(upper)
         self.weight = objective.passive_weight
 
     def rooms(self, chi: Floats) -> tuple[Floats, Floats | None]:

@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -33,7 +33,13 @@ class Messages:
         context = detail.get("ctx", {})
         key = case_text.dotted(self.section(path)[1])
         if kind == "list_type":
+            if len(path) == 1:
+                return f"{key}: must be a list, not {kind_of(value)}; begin each of its entries by a dash"
             return f"{key}: must be a list such as [1.0, 2.0], not {kind_of(value)}; put brackets around it"
+        if kind in ("too_short", "too_long"):
+            due = context["min_length" if kind == "too_short" else "max_length"]
+            bound = "at least" if kind == "too_short" else "at most"
+            return f"{key}: has {context['actual_length']} entries; write {bound} {due}"
         if kind == "missing":
             return f"{key}: is missing; write it, see `poro schema`"
         if kind == "value_error":
@@ -89,14 +95,19 @@ class Messages:
             written.append(part)
             field = model.model_fields.get(part) if _is_section(model) else None
             model = field.annotation if field else None
-            if field and (kinds := _kinds_of(field)):
+            kinds = _kinds_of(field) if field else {}
+            if field and not kinds and (kinds := _kinds_of_entries(field)):
+                written += [number for number in (next(parts, None),) if number is not None]
+            if kinds:
                 model = kinds.get(next(parts, None))
         return model if _is_section(model) else None, tuple(written)
 
     def _kinds(self, path: case_text.Path) -> Mapping[Any, type[BaseModel]]:
-        parent, _ = self.section(path[:-1])
-        field = parent.model_fields.get(str(path[-1])) if parent else None
-        return _kinds_of(field) if field else {}
+        entry = isinstance(path[-1], int)
+        *before, last = path[:-1] if entry else path
+        parent, _ = self.section(tuple(before))
+        field = parent.model_fields.get(str(last)) if parent else None
+        return (_kinds_of_entries(field) if entry else _kinds_of(field)) if field else {}
 
     def _keys(self, path: case_text.Path) -> list[str]:
         """The keys a section may have."""
@@ -112,6 +123,12 @@ def _is_section(model: Any) -> bool:
 def _kinds_of(field: FieldInfo) -> Mapping[Any, type[BaseModel]]:
     """The kinds by name of a section that comes in several; none if it does not."""
     return next((mark.known for mark in field.metadata if isinstance(mark, Kinds)), {})
+
+
+def _kinds_of_entries(field: FieldInfo) -> Mapping[Any, type[BaseModel]]:
+    """The same of a list of such sections."""
+    (entry, *_) = get_args(field.annotation) if get_origin(field.annotation) is list else (None,)
+    return next((mark.known for mark in getattr(entry, "__metadata__", ()) if isinstance(mark, Kinds)), {})
 
 
 def kind_of(value: Any) -> str:

@@ -73,7 +73,8 @@ def _section(name: str, section: Schema, schema: Schema, depth: int = 2) -> Iter
     yield f"{'#' * depth} {name}"
     kinds = _kinds(section, schema)
     if len(kinds) > 1:
-        yield f"One of {', '.join(f'`{kind}`' for kind in kinds)}:"
+        each = "A list, each entry one of" if section.get("type") == "array" else "One of"
+        yield f"{each} {', '.join(f'`{kind}`' for kind in kinds)}:"
     for kind, model in kinds.items():
         if len(kinds) > 1:
             yield f"{'#' * (depth + 1)} {name}: {kind}"
@@ -110,6 +111,8 @@ def _brief(default: Any) -> Any:
 
 def _type(key: Schema, schema: Schema) -> str:
     if kinds := _kinds(key, schema):
+        if key.get("type") == "array":
+            return "list of sections"
         return "section" if len(kinds) == 1 else "section, one of " + ", ".join(f"`{kind}`" for kind in kinds)
     if "anyOf" in key:
         choices = [_type(choice, schema) for choice in key["anyOf"] if choice.get("type") != "null"]
@@ -138,6 +141,8 @@ def _kinds(key: Schema, schema: Schema) -> dict[str, Schema]:
     if "$ref" in key:
         name = key["$ref"].rpartition("/")[2]
         return {name: schema["$defs"][name]}
+    if key.get("type") == "array":
+        return _kinds(key["items"], schema)
     if mapping := key.get("discriminator", {}).get("mapping"):
         return {name: schema["$defs"][each.rpartition("/")[2]] for name, each in sorted(mapping.items())}
     return {name: model for choice in key.get("anyOf", ()) for name, model in _kinds(choice, schema).items()}

@@ -98,18 +98,24 @@ def test_a_region_counts_with_its_mirror_image() -> None:
     np.testing.assert_allclose(left.bounds(points, 3.0).upper, right.bounds(points, 3.0).upper, rtol=1e-13)
 
 
-def test_the_first_design_lies_within_the_bounds() -> None:
+def test_the_first_design_lies_within_the_bounds(reduced: ReducedObjective) -> None:
+    """At the vertices and so between them, in cells as wide as the hole; farther away it is that of the domain."""
     chi = DOMAIN.initial_design(DOMAIN.points, INTERFACE_WIDTH)
-    fitted = FLANGE.fitted(chi, INTERFACE_WIDTH)
-    lower, upper = FLANGE.bounds(DOMAIN.points, INTERFACE_WIDTH, gap=GAP)
+    lower, upper = FLANGE.all_bounds(INTERFACE_WIDTH)
     assert lower is not None
     assert upper is not None
-    assert (fitted >= lower).all()
-    assert (fitted <= upper).all()
+    assert ((chi < lower) | (chi > upper)).any()
+    clipped = FLANGE.clipped(chi, INTERFACE_WIDTH)
+    np.testing.assert_array_equal(clipped, np.clip(chi, lower, upper))
+    fitted = FLANGE.fitted(chi, INTERFACE_WIDTH)
+    for found in (clipped, fitted):
+        assert reduced.design.passive.room(found).min() > -1e-12
+        assert reduced.design(found).terms["C_chi"].value < 1e-12
     far = (lower < chi - 2.0 * SLOPE) & (upper > chi + 2.0 * SLOPE)
     assert far.any()
     assert np.abs(fitted - chi)[far].max() < 0.03
-    assert regions(("free", HOLE)).fitted(chi, INTERFACE_WIDTH) is chi
+    for change in (regions(("free", HOLE)).fitted, regions(("free", HOLE)).clipped):
+        assert change(chi, INTERFACE_WIDTH) is chi
 
 
 @pytest.mark.parametrize(
