@@ -47,6 +47,19 @@ class InvalidSettings(Failure):
     """The settings ask for what cannot be done with this case or on this machine."""
 
 
+class InvalidRegion(InvalidSettings):
+    """A region of the case cannot be kept as it is.
+
+    Args:
+        number: which one, counted from 0 in the order of the case.
+        sentence: what is wrong and what to change, without its key and full stop.
+    """
+
+    def __init__(self, number: int, sentence: str) -> None:
+        super().__init__(f"regions.{number}: {sentence}.")
+        self.number, self.sentence = number, sentence
+
+
 class NotInflatable(Failure):
     """A solid is not one body that two plates close to an air chamber, or has walls that its mesh cannot show."""
 

@@ -53,6 +53,7 @@ _FAILURES = {
     failure.UnreadableSolid: ExitCode.BAD_SOLID,
     failure.InvalidField: ExitCode.ARTIFACT,
     failure.InvalidSettings: ExitCode.USAGE,
+    failure.InvalidRegion: ExitCode.USAGE,
     failure.OutOfMemory: ExitCode.UNEXPECTED,
 }
 

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
     from actuator.domains.interface import Domain
     from actuator.geometry.zero_set import Surface
+    from actuator.regions.bounds import Bounds
     from stages.initial import Given
 
 PathName = str | PathLike[str]
@@ -162,6 +163,7 @@ def optimize(
         observer=observer,
         resume=dict(start) if start else None,
         initial=given,
+        bodies=first_design.read_bodies(case),
     )
     return OptimisedDesign(**vars(result), case=case)
 
@@ -181,7 +183,15 @@ def _first_design(case: Case, initial: Field | Solid | None) -> tuple[Case, Give
 
 def refine(case: Case, design: Field, *, observer: Observer = silent) -> stages.refine.Result:
     """Put a design on a finer mesh and filter it; see :func:`stages.refine.run`."""
-    return stages.refine.run(design.domain, design.chi, case.refine, observer)
+    return stages.refine.run(
+        design.domain, design.chi, case.refine, observer, lambda domain: _bounds(case, domain, design)
+    )
+
+
+def _bounds(case: Case, domain: Domain, design: Field) -> Bounds | None:
+    """What keeps the regions of a case in the part, on the mesh of a design or a finer one."""
+    bodies = getattr(design, "bodies", None)
+    return case.optimize.bounds(domain, first_design.read_bodies(case) if bodies is None else bodies)
 
 
 def finish(
@@ -205,12 +215,14 @@ def finish(
         case.mirror.threshold,
         _compute(case, threads),
         observer,
+        _bounds(case, refined.domain, refined),
     )
 
 
 def mirror(case: Case, design: Field, *, observer: Observer = silent) -> stages.mirror.Result:
     """The closed surface of the whole solid of a design, refined or not; see :func:`stages.mirror.run`."""
-    return stages.mirror.run(design.domain, design.chi, case.mirror, observer)
+    bounds = _bounds(case, design.domain, design)
+    return stages.mirror.run(design.domain, design.chi, case.mirror, observer, bounds)
 
 
 def export(case: Case, solid: Solid, *, observer: Observer = silent) -> stages.export.Result:

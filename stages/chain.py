@@ -204,10 +204,10 @@ for _row in (
         "Optimise the design of a case.",
         module="stages.optimize",
         suffix=".h5",
-        sections=("domain", "material", "load", "objective", "elements", "initial", "optimizer"),
+        sections=("domain", "material", "load", "objective", "elements", "regions", "initial", "optimizer"),
         options=(UPDATES, THREADS),
         # What a file holds decides, by its sha256, not where it lies.
-        recorded_only=("optimizer.keep_updates", "initial.file"),
+        recorded_only=("optimizer.keep_updates", "initial.file", "regions.file"),
         extent=("optimizer.max_updates", "optimizer.stationarity", "optimizer.least_gain"),
     ),
     Stage(

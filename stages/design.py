@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stages import regions
 from stages.datasets import (
     HEXAHEDRON,
     QUADRATIC_HEXAHEDRON,
@@ -25,6 +26,7 @@ from stages.datasets import (
 if TYPE_CHECKING:
     from actuator.arrays import Floats
     from actuator.domains.interface import Domain
+    from stages.regions import Bodies
     from stages.rig import RigUnits
 
 #: Units of the history's columns, in the order of a table; others are numbers without a unit and come after them.
@@ -78,6 +80,7 @@ class Result(Design):
         converged: whether the stationarity measure was reached.
         reason: one sentence saying why the optimisation ended.
         others: states under the load cases after the first, by their names.
+        bodies: what the files of regions hold, by the number of the region.
     """
 
     history: dict[str, Floats]
@@ -86,6 +89,7 @@ class Result(Design):
     converged: bool
     reason: str
     others: Mapping[str, OtherState]
+    bodies: Bodies = field(default_factory=dict, kw_only=True)
 
 
 class OtherState(NamedTuple):
@@ -119,6 +123,7 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
         "arm": Dataset(result.arm, "mm, mm, rad", "rigid motion T1, T3, theta2 of the arm's root"),
         **of_domain(domain),
         **_others(result),
+        **regions.pack(result.bodies),
         **{
             f"history/{name}": Dataset(column, unit_of_column(name), f"{name} after every design update")
             for name, column in result.history.items()
@@ -215,6 +220,7 @@ def _constraints(design: Mapping[str, Any]) -> list[str]:
         ("energy_ratio", "largest energy density over its limit {:.3f}"),
         ("steepest", "steepest interface over its limit {:.3f}"),
         ("passive_share", "share of the solid in the passive core {:.1e}"),
+        ("solid_missing", "share of the solid regions that is void {:.1e}"),
     )
     # Where the second-order check could not be made, its figure is not there.
     return [text.format(design[key]) for key, text in shown if key in design]

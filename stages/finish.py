@@ -20,12 +20,14 @@ from stages import refine
 from stages.datasets import Dataset, Packed, design
 from stages.events import FinishStep, Message, Observer, silent
 from stages.inflate import inflation_of, refuse_unlike
+from stages.regions import stored_bounds
 from stages.section import Section
 from stages.settings import ProblemSettings
 from stages.task import Compute, Task
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
+    from actuator.regions.bounds import Bounds
     from actuator.shaping.flow import Flow
     from stages.rig import RigUnits
 
@@ -83,6 +85,7 @@ class Result:
         history: one record per part, the first being the one that was there; column name -> (n_records,).
         chosen: which of the parts this is.
         finished: false if the user interrupted.
+        bounds: what keeps regions of the case in the part, at the vertices; None without regions.
     """
 
     domain: Domain
@@ -90,6 +93,7 @@ class Result:
     history: dict[str, Floats]
     chosen: int
     finished: bool = True
+    bounds: Bounds | None = None
 
 
 def run(
@@ -100,6 +104,7 @@ def run(
     threshold: float = 0.0,
     compute: Compute | None = None,
     observer: Observer = silent,
+    bounds: Bounds | None = None,
 ) -> Result:
     """Move the surface of a design until the part keeps its strain limit; without a method χ is kept, the same object.
 
@@ -111,6 +116,7 @@ def run(
         threshold: level of the surface.
         compute: threads and linear solver.
         observer: is told of every part.
+        bounds: of the case's regions, which the part keeps.
 
     Raises:
         actuator.failure.InvalidSettings: if the case has several chambers or a force.
@@ -118,13 +124,14 @@ def run(
         actuator.failure.SolveFailure: if it has no state at p_in.
     """
     if settings.method is None:
-        return Result(domain, chi, {}, 0)
+        return Result(domain, chi, {}, 0, bounds=bounds)
     refuse_unlike(problem)
     from actuator.threads import use_threads
 
     compute = compute or Compute()
     use_threads(compute.threads)
-    flow = _flow(domain, chi, problem, settings, threshold, compute)
+    chi = chi if bounds is None else bounds.kept(chi, threshold)
+    flow = _flow(domain, chi, problem, settings, threshold, compute, bounds)
     records: list[dict[str, float]] = []
     best, chosen, finished = chi, 0, True
     try:
@@ -147,7 +154,7 @@ def run(
         finished = False
         observer(Message("Interrupted; the best part so far is kept."))
     history = {name: np.array([record[name] for record in records]) for name in HISTORY}
-    return Result(domain, best, history, chosen, finished)
+    return Result(domain, best, history, chosen, finished, bounds)
 
 
 def _better(record: Mapping[str, float], best: Mapping[str, float], least_wall: float) -> bool:
@@ -159,17 +166,24 @@ def _better(record: Mapping[str, float], best: Mapping[str, float], least_wall: 
 
 
 def _flow(
-    domain: Domain, chi: Floats, problem: ProblemSettings, settings: Settings, threshold: float, compute: Compute
+    domain: Domain,
+    chi: Floats,
+    problem: ProblemSettings,
+    settings: Settings,
+    threshold: float,
+    compute: Compute,
+    bounds: Bounds | None,
 ) -> Flow:
     # scikit-fem, SciPy, Mmg: only where it runs
+    from actuator.regions.bounds import Bounds
     from actuator.shaping.flow import Controls, Flow, Limits
 
     material, load, objective = problem.parameters()
-
+    own = Bounds(None, domain.passive_bound(domain.points, objective.interface_width, objective.length_unit))
     return Flow(
         domain,
         chi,
-        domain.passive_bound(domain.points, objective.interface_width, objective.length_unit),
+        own if bounds is None else bounds.at(threshold).also(own),
         threshold,
         lambda mesh: inflation_of(mesh, material, load, problem, compute),
         problem.goal(load),
@@ -184,13 +198,20 @@ def _flow(
 def start(task: Task) -> Result:
     """Finish the refined design of a case."""
     case = task.case
-    problem = case.optimize.leading
-    return run(*design(task.upstream), problem, case.finish, case.mirror.threshold, task.compute, task.observer)
+    return run(
+        *design(task.upstream),
+        case.optimize.leading,
+        case.finish,
+        case.mirror.threshold,
+        task.compute,
+        task.observer,
+        stored_bounds(task.upstream, case.regions),
+    )
 
 
 def pack(result: Result) -> Packed:
     """The design, and how it came about."""
-    packed = refine.pack(refine.Result(result.domain, result.chi))
+    packed = refine.pack(refine.Result(result.domain, result.chi, result.bounds))
     history = {
         f"history/{name}": Dataset(column, HISTORY[name], f"{name} of every part")
         for name, column in result.history.items()

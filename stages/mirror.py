@@ -12,12 +12,14 @@ from actuator.arrays import Floats, Ints
 from stages.datasets import TRIANGLE, Dataset, GridPaths, Packed, design
 from stages.events import Message, Observer, silent
 from stages.refine import needs
+from stages.regions import stored_bounds
 from stages.settings import Section
 from stages.task import Task
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
     from actuator.geometry.hausdorff import Distance
+    from actuator.regions.bounds import Bounds
 
 __all__ = ["VERSION", "Result", "Settings", "needs", "pack", "run", "start"]
 
@@ -49,7 +51,9 @@ class Result:
     distance: Distance
 
 
-def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
+def run(
+    domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent, bounds: Bounds | None = None
+) -> Result:
     """Extract the boundary of {χ > threshold}, closed at the domain's surface, and mirror it if the domain is a half.
 
     Args:
@@ -57,6 +61,7 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
         chi: χ at its vertices, (n_vertices,), dimensionless.
         settings: the threshold.
         observer: receives messages with the size of the surface and its distance to the field's zero set.
+        bounds: of the case's regions, which are kept whatever the threshold.
 
     Raises:
         actuator.failure.InvalidField: if χ has the wrong size or is not finite.
@@ -66,6 +71,8 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
     from actuator.geometry.hausdorff import distance_to_zero_set
     from actuator.geometry.whole import whole_boundary
 
+    if bounds:
+        chi = bounds.kept(chi, settings.threshold)
     tets = domain.tetrahedra()
     surface, half, on_plane = whole_boundary(domain, tets, chi, settings.threshold)
     shared = f", {on_plane} vertices shared on the symmetry plane" if domain.mirrored else ""
@@ -77,7 +84,8 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
 
 def start(task: Task) -> Result:
     """Extract the solid from the refined design of a case."""
-    return run(*design(task.upstream), task.case.mirror, task.observer)
+    bounds = stored_bounds(task.upstream, task.case.regions)
+    return run(*design(task.upstream), task.case.mirror, task.observer, bounds)
 
 
 def pack(result: Result) -> Packed:

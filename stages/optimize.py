@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from stages.ended import Reached, recorded, told
 from stages.events import Compiled, DesignUpdate, Message, Observer, silent
 from stages.initial import InitialSettings, first_design
 from stages.load import arm_end, held, refuse_across
+from stages.regions import regions_on
 from stages.settings import ProblemSettings, Section
 from stages.similarity import Units, similar
 from stages.task import Compute, Need, Task
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from actuator.optimiser.loop import Optimiser, Outcome, Progress
     from actuator.solve.reduced import Evaluation, ReducedObjective
     from stages.initial import Given
+    from stages.regions import Bodies
 
 __all__ = ["VERSION", "Compute", "Result", "Settings", "least_memory", "lines", "needs", "pack", "run", "start"]
 
@@ -78,6 +81,7 @@ def run(
     observer: Observer = silent,
     resume: dict[str, Any] | None = None,
     initial: Given | None = None,
+    bodies: Bodies | None = None,
 ) -> Result:
     """Optimise a case.
 
@@ -87,14 +91,17 @@ def run(
         observer: receives an event per design, the initial one included.
         resume: the checkpoint of an earlier, interrupted run of the same settings.
         initial: what the file holds that the settings name to begin with.
+        bodies: what the files hold that regions name, by the number of the region.
 
     Raises:
-        actuator.failure.InvalidSettings: if the design to begin with is none.
+        actuator.failure.InvalidSettings: if the design to begin with is none, or a region cannot be kept.
+        actuator.failure.NotManifold: if the triangles in a file bound no solid.
         actuator.solve.equilibrium.NoState: if it has no state.
         actuator.failure.SolveFailure: if a linear solve fails its check.
     """
     # The whole model, and numba with it: only where it runs.
     from actuator.compilation import compile_kernels
+    from actuator.geometry.zero_set import Surface
     from actuator.optimiser.loop import Optimiser
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
@@ -102,12 +109,16 @@ def run(
     observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     refuse_joined(settings)
     refuse_across(settings)
+    bodies = bodies or {}
+    _check_regions(settings, bodies)
     core, units = similar(settings)
     material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))
     compute = compute or Compute()
     use_threads(compute.threads)
     optimizer, domain = settings.optimizer, posed(core)
+    in_units = {number: Surface(body.vertices / units.length, body.triangles) for number, body in bodies.items()}
+    regions = regions_on(domain, core.regions, in_units)
     objective = ReducedObjective(
         domain,
         material,
@@ -118,6 +129,7 @@ def run(
         solver=compute.linear_solver,
         threads=compute.threads,
         scheme=settings.elements.scheme(),
+        regions=regions,
     )
     optimiser = Optimiser(
         objective,
@@ -134,9 +146,11 @@ def run(
     if held(settings) and settings.objective.goal is None:
         observer(Message(HELD))
     if resume is None:
-        first = first_design(settings.initial, settings, initial)
+        first, widths = first_design(settings.initial, settings, initial), (limits.interface_width, limits.length_unit)
         if first is None:
-            first = domain.initial_design(domain.points, limits.interface_width, limits.length_unit)
+            first = regions.fitted(domain.initial_design(domain.points, *widths), *widths)
+        else:
+            first = regions.clipped(first, *widths)
         progress = _begin(optimiser, first, observer)
     else:
         progress = optimiser.resume(resume)
@@ -147,10 +161,17 @@ def run(
     negative = _negative_eigenvalues(objective, progress.evaluation)
     if negative:
         observer(Message(f"The last design's state is not stable ({negative} negative eigenvalues)."))
-    result = _result(settings.domain.build(), objective, outcome, checkpoint, units)
+    result = replace(_result(settings.domain.build(), objective, outcome, checkpoint, units), bodies=bodies)
     end = arm_end(settings, result.summary["spring_elongation"])
     result.summary.update(end, negative_eigenvalues=negative)
     return result
+
+
+def _check_regions(settings: Settings, bodies: Bodies) -> None:
+    """Refuse regions that cannot be kept, in the units of the case, before anything is compiled."""
+    if settings.regions:
+        _, _, limits = settings.parameters()
+        regions_on(settings.domain.build(), settings.regions, bodies).check(limits.interface_width, limits.length_unit)
 
 
 def _begin(optimiser: Optimiser, chi: Floats, observer: Observer) -> Progress:
@@ -226,14 +247,15 @@ def _result(
 ) -> Result:
     from actuator.solve.reduced import wall_leak  # as in run
 
-    at = outcome.progress.evaluation
+    at, passive = outcome.progress.evaluation, objective.design.passive
     checks = {
         "wall_leak": max(
             wall_leak(objective.domain, state.p, case.load.pressure)
             for case, state in zip(objective.cases, at.states, strict=True)
         ),
         **_second_order_leak(objective, at),
-        "passive_share": objective.design.passive.share(at.chi),
+        "passive_share": passive.share(at.chi),
+        **({"solid_missing": passive.missing(at.chi)} if passive.lower is not None else {}),
     }
     state = Reached(
         [case.case for case in objective.cases],
@@ -270,4 +292,11 @@ def instability(summary: Mapping[str, Any], path: str) -> str:
 def start(task: Task) -> Result:
     """Optimise a case."""
     resume = None if task.resume is None else dict(task.resume)
-    return run(task.case.optimize, compute=task.compute, observer=task.observer, resume=resume, initial=task.initial)
+    return run(
+        task.case.optimize,
+        compute=task.compute,
+        observer=task.observer,
+        resume=resume,
+        initial=task.initial,
+        bodies=task.bodies,
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +12,13 @@ from actuator.arrays import Floats
 from actuator.geometry.zero_set import check_field
 from stages.datasets import HEXAHEDRON, Dataset, GridPaths, Packed, corners, design, of_domain
 from stages.events import Message, Observer, silent
+from stages.regions import pack_bounds, unpack
 from stages.settings import Section
 from stages.task import Need, Task
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
+    from actuator.regions.bounds import Bounds
 
 VERSION = 2
 
@@ -34,10 +37,12 @@ class Result:
     Attributes:
         domain: the finer domain, new vertices on its exact boundary.
         chi: χ̄ at its vertices, (n_vertices,), dimensionless.
+        bounds: what keeps regions of the case in the part, at its vertices; None without regions.
     """
 
     domain: Domain
     chi: Floats
+    bounds: Bounds | None = None
 
 
 def needs(case: Any) -> Need:
@@ -46,14 +51,23 @@ def needs(case: Any) -> Need:
     return Need(cells, (0.07 + 5.8e-6 * cells) * 2.0**30, "lower refine.factor")
 
 
-def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = silent) -> Result:
+def run(
+    domain: Domain,
+    chi: Floats,
+    settings: Settings,
+    observer: Observer = silent,
+    bounds_on: Callable[[Domain], Bounds | None] | None = None,
+) -> Result:
     """Refine and filter a design. Factor 1 keeps the domain and radius 0 keeps the field, as the same objects.
+
+    Regions of the case are kept: neither interpolation nor filter moves their surfaces.
 
     Args:
         domain: the mesh of the optimisation.
         chi: χ at its vertices, (n_vertices,), dimensionless.
         settings: factor and filter radius.
         observer: receives a message with the range of the filtered field.
+        bounds_on: the bounds of the case's regions on a domain.
 
     Raises:
         actuator.failure.InvalidField: if χ has the wrong size or is not finite.
@@ -66,13 +80,18 @@ def run(domain: Domain, chi: Floats, settings: Settings, observer: Observer = si
         chi = domain.prolongation(settings.factor) @ chi
         domain = domain.refined(settings.factor)
     chi = helmholtz_filter(domain.mesh, chi, settings.filter_radius)
+    bounds = bounds_on(domain) if bounds_on else None
+    if bounds:
+        chi = bounds.kept(chi)
     observer(Message(f"{domain.mesh.nelements} cells, filtered χ from {chi.min():.3g} to {chi.max():.3g}"))
-    return Result(domain, chi)
+    return Result(domain, chi, bounds)
 
 
 def start(task: Task) -> Result:
     """Refine the optimised design of a case."""
-    return run(*design(task.upstream), task.case.refine, task.observer)
+    problem = task.case.optimize
+    bodies = unpack(task.upstream, problem.regions)
+    return run(*design(task.upstream), task.case.refine, task.observer, lambda domain: problem.bounds(domain, bodies))
 
 
 def pack(result: Result) -> Packed:
@@ -85,6 +104,7 @@ def pack(result: Result) -> Packed:
         "vertices/connectivity": corners(domain),
         "vertices/chi": Dataset(result.chi, "1", "filtered design field at the vertices"),
         "vertices/density": Dataset(expit(result.chi), "1", "density rho = 1 / (1 + exp(-chi)), Eq. (1)"),
+        **pack_bounds(result.bounds),
         **of_domain(domain),
     }
     fields = {name: f"/vertices/{name}" for name in ("chi", "density")}

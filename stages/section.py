@@ -78,9 +78,9 @@ class Section(BaseModel):
     @classmethod
     def _in_range(cls, value: Any) -> Any:
         """Refuse numbers of which a product of several would overflow or vanish."""
-        numbers = value if isinstance(value, list) else [value]
-        if any(isinstance(each, float) and each and not SMALLEST <= abs(each) <= LARGEST for each in numbers):
-            raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
+        for each in value if isinstance(value, list) else [value]:
+            if isinstance(each, float) and each and not SMALLEST <= abs(each) <= LARGEST:
+                raise ValueError(f"must be 0 or between {SMALLEST:g} and {LARGEST:g} in size")
         return value
 
     def in_units(self, length: float, stress: float) -> Self:
@@ -107,13 +107,14 @@ def _in_units(value: Any, length: float, stress: float, divisor: float | None) -
 
 
 def _or_quantity(key: JsonSchemaValue) -> JsonSchemaValue:
-    """The schema of a number that may also be text with a unit."""
+    """The schema of a number, or of a list of numbers, that may also be text with a unit."""
+    if key.get("type") == "array":
+        return key | {"items": _or_quantity(key["items"])}
     told = {name: key[name] for name in ("title", "description", "default") if name in key}
     number = {name: value for name, value in key.items() if name not in told}
     choices = number["anyOf"] if set(number) == {"anyOf"} else [number]
-    if vector := next((choice for choice in choices if choice.get("type") == "array"), None):
-        vector["items"] = _or_quantity(vector["items"])
-        return number | told
+    if any(choice.get("type") == "array" for choice in choices):
+        return told | {"anyOf": [_or_quantity(each) if each.get("type") == "array" else each for each in choices]}
     return {"anyOf": [*choices, {"type": "string", "format": "quantity", "pattern": PATTERN}]} | told
 
 

@@ -15,12 +15,16 @@ from actuator.parameters import Load, Material, Objective
 from stages.domains import AnyDomainSettings, HalfCylinderSettings
 from stages.goals import Goals, goal_of
 from stages.laws import AnyLawSettings, NeoHookeSettings
+from stages.regions import AnyRegionSettings, regions_on
 from stages.section import Instead, Section
 from stages.units import rounded
 
 if TYPE_CHECKING:
+    from actuator.domains.interface import Domain
     from actuator.load_case import LoadCase
+    from actuator.regions.bounds import Bounds
     from actuator.terms.goals.interface import Goal
+    from stages.regions import Bodies
 
 __all__ = ["LoadCaseSettings", "LoadSettings", "MaterialSettings", "ObjectiveSettings", "ProblemSettings", "Section"]
 
@@ -270,13 +274,16 @@ class ElementSettings(Section):
 
 
 class ProblemSettings(Section):
-    """Everything that defines the optimisation problem: domain, material, load, objective, and its elements."""
+    """Everything that defines the optimisation problem: domain and its regions, material, load, objective, elements."""
 
     domain: AnyDomainSettings = HalfCylinderSettings()
     material: MaterialSettings = MaterialSettings()
     load: LoadSettings = LoadSettings()
     objective: ObjectiveSettings = ObjectiveSettings()
     elements: ElementSettings = ElementSettings()
+    regions: list[AnyRegionSettings] = Field(
+        [], description="parts of the domain that stay void or solid; a later one wins where it is free"
+    )
 
     @property
     def leading(self) -> Self:
@@ -330,6 +337,20 @@ class ProblemSettings(Section):
             "spring_stiffness": 2.0 * load.spring_ratio * modulus * size**3 / arm**2,
         }
         return {key: rounded(value) for key, value in found.items()}
+
+    def bounds(self, domain: Domain, bodies: Bodies) -> Bounds | None:
+        """Bounds on χ at the vertices of a domain that keep the regions in the part; None without regions.
+
+        Args:
+            domain: that of the case, or a finer one.
+            bodies: what the files hold that regions name, by the number of the region.
+        """
+        if not self.regions:
+            return None
+        limits = self.objective
+        return regions_on(domain, self.regions, bodies).bounds(
+            domain.points, limits.interface_width, limits.length_unit
+        )
 
     def parameters(self) -> tuple[Material, Load, Objective]:
         """The model's parameters in N, mm and s; of several load cases, the load is that of the first."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actuator.solver_name import SolverName
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from actuator.arrays import Floats, Ints
     from stages.datasets import Packed, Source
     from stages.initial import Given
+    from stages.regions import Bodies
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Task:
         observer: is told what happens.
         resume: the checkpoint to continue from, if there is one.
         initial: what the file holds that the case names to begin with, if it names one.
+        bodies: what the files hold that regions of the case name, by the number of the region.
     """
 
     case: Any
@@ -46,6 +48,7 @@ class Task:
     observer: Observer = silent
     resume: Mapping[str, Any] | None = None
     initial: Given | None = None
+    bodies: Bodies = field(default_factory=dict)
 
     @property
     def upstream(self) -> Source:

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from actuator.arrays import Floats
-from actuator.domains.interface import Domain
+from actuator.domains.interface import Boundary, Domain
 from actuator.geometry.distance import distance, signed_distance
 from actuator.geometry.location import located
 from actuator.geometry.placing import placed
@@ -33,15 +33,19 @@ def interpolated(source: Domain, chi: Floats, domain: Domain) -> Floats:
     return located(source.points, source.tetrahedra().corners, places).of(chi)
 
 
+def facets_of(domain: Domain, boundary: Boundary) -> Surface:
+    """The facets of a boundary in triangles that face either way: enough for a distance without a sign."""
+    facets = domain.mesh.facets[:, boundary.facets].T
+    # The corners of a facet stand in no order around it; all four triangles of three of them cover it in any case.
+    return Surface(domain.points, np.concatenate([facets[:, corners] for corners in combinations(range(4), 3)]))
+
+
 def around_chamber(domain: Domain, thickness: float) -> Floats:
     """Distance into a wall of a thickness along the outside of the domain, (n_vertices,), mm; negative in its chamber.
 
     The outside is measured as positive too: that the surface lies in the domain is the passive bound's business.
     """
-    facets = domain.mesh.facets[:, domain.outside.facets].T
-    # The corners of a facet stand in no order around it; all four triangles of three of them cover it in any case.
-    triangles = np.concatenate([facets[:, corners] for corners in combinations(range(4), 3)])
-    return thickness - distance(domain.points, Surface(domain.points, triangles))
+    return thickness - distance(domain.points, facets_of(domain, domain.outside))
 
 
 def of_solid(solid: Surface, domain: Domain, axis: Axis, scale: float | None) -> Floats:

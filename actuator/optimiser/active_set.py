@@ -10,20 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from actuator.arrays import Bools, Floats
+from actuator.arrays import Bools, Floats, Ints
 from actuator.optimiser.controls import Controls
 from actuator.optimiser.proposal import Proposal, Task
 from actuator.optimiser.quadratic import Inverse
 
 
 def on_bound(
-    task: Task, inverse: Inverse, s: Floats, met: Bools, best: Proposal, controls: Controls
+    task: Task, inverse: Inverse, s: Floats, met: Bools | Ints, best: Proposal, controls: Controls
 ) -> Proposal | None:
-    """From a step s to the solution, with C_χ exact at the points that touch its bound.
+    """From a step s to the solution, with C_χ exact at the points that touch a bound of it.
 
     Args:
         s: an interior point.
-        met: the points that seem to, (n_cells, n_q).
+        met: the points that seem to, (n_cells, n_q); -1 at a lower bound.
         best: what the solution has to come up to, and each step nearly.
 
     Returns:
@@ -31,10 +31,11 @@ def on_bound(
     """
     design, physics, bound = task.design, task.physics, task.design.bound
     assert bound is not None, "only what touches the bound comes here"
-    steep, room = bound.weight, bound.room(task.chi)
+    steep, (rise, fall) = bound.weight, bound.rooms(task.chi)
     bent, there = physics.bent(s), design.smooth(task.chi + s)
     for _ in range(controls.max_corrections):
         wall: Floats = np.where(met, steep, 0.0)
+        room = rise if fall is None else np.where(met > 0, rise, -fall)
         force = physics.linear + bent + there.gradient + design.from_points(wall * (design.points.at(s) - room))
         p = -inverse(there.hessian + design.point_stiffness(wall), physics)(force)
         s = s + p
@@ -44,7 +45,7 @@ def on_bound(
         found = task.proposal(s, bent, there.value)
         if found.change > (1.0 - controls.negligible_gain) * best.change:
             return None
-        before, met = met, np.asarray(design.points.at(s) > room)
+        before, met = met, bound.beyond(design.points.at(s), rise, fall)
         if np.array_equal(met, before):
             return found if found.change < best.change + task.rounding else None
     return None

@@ -2,8 +2,8 @@
 
     min over s of  F(s) + Σ_q w_q c/2 ⟨a_q·s − d_q⟩²
 
-for the passive region's bound C_χ at the quadrature points (Eq. 21: d_q = limit_q − χ_q, c = c_χ), and, c being
-infinite, for the largest change of χ at the vertices.
+for the bounds of C_χ at the quadrature points (Eq. 21: d_q = limit_q − χ_q, c = c_χ; where regions are to stay solid
+also from below), and, c being infinite, for the largest change of χ at the vertices.
 
 A wall as steep as C_χ is flat right up to its kink. Newton's method, which sees no wall from where it stands, runs far
 through it at a thousand points at once, and with the wall's stiffness added there it hardly moves: it stalls. Slacks
@@ -143,17 +143,19 @@ class Barrier:
         for wall, (dy, d_multiplier) in zip(self._walls, self._steps, strict=True):
             wall.y, wall.multiplier = wall.y + share * dy, wall.multiplier + share * d_multiplier
 
-    def met(self) -> Bools | None:
-        """Which of the first set of bounds the solution touches, or None where the last step does not tell.
+    def met(self, sets: int) -> list[Bools] | None:
+        """Which of the first sets of bounds the solution touches, or None where the last step does not tell.
 
         With the barrier, the slacks of these fall to zero and their multipliers stay; of the others it is the
         multipliers that fall (El-Bakry, Tapia & Zhang 1994, doi:10.1137/1036003).
         """
         controls = self._controls
-        wall, (dy, d_multiplier) = self._walls[0], self._steps[0]
-        contrast = d_multiplier / wall.multiplier - dy / wall.y
-        met = np.asarray(contrast > 0.0)
-        alike = int((np.abs(contrast) < controls.alike).sum())
-        if self._share < controls.good_agreement or alike > controls.unclear * met.sum():
+        contrasts = [
+            d_multiplier / wall.multiplier - dy / wall.y
+            for wall, (dy, d_multiplier) in zip(self._walls[:sets], self._steps, strict=False)
+        ]
+        met = [np.asarray(contrast > 0.0) for contrast in contrasts]
+        alike = sum(int((np.abs(contrast) < controls.alike).sum()) for contrast in contrasts)
+        if self._share < controls.good_agreement or alike > controls.unclear * sum(int(each.sum()) for each in met):
             return None
         return met

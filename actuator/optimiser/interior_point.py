@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from actuator.arrays import Bools, Floats
+from actuator.arrays import Bools, Floats, Ints
 from actuator.equations.tangent import symmetric_product
 from actuator.optimiser.barrier import Barrier, Bounds
 from actuator.optimiser.controls import Controls
@@ -41,7 +41,10 @@ class InteriorPoint:
         self._still = not force.any()
         self._share = design.from_points(np.ones_like(design.points.volumes))  # volume of each vertex
         self._diagonal = design.gather.indptr[:-1]
-        self._barrier = Barrier(self._bounds(), controls.first_barrier * float(force.sum()) / norm.volume, controls)
+        passive = self._passive_bounds()
+        self._passive = len(passive)  # the first ones
+        bounds = [*passive, *self._reach_bounds()]
+        self._barrier = Barrier(bounds, controls.first_barrier * float(force.sum()) / norm.volume, controls)
 
     def advance(self) -> bool:
         """Take one step; False if there is none that leads down."""
@@ -75,9 +78,16 @@ class InteriorPoint:
             self.best = found
         return True
 
-    def met(self) -> Bools | None:
-        """Which points touch the bound of C_χ at the solution, or None where the last step does not tell."""
-        return self._barrier.met()
+    def met(self) -> Bools | Ints | None:
+        """Which points touch a bound of C_χ at the solution, or None where the last step does not tell.
+
+        1 where it is the upper bound, -1 where it is the lower one.
+        """
+        found = self._barrier.met(self._passive)
+        if found is None:
+            return None
+        upper, *lower = found
+        return upper.astype(np.int8) - lower[0] if lower else upper
 
     def _follows(self, there: DesignTerms, ahead: DesignTerms, length: float, p: Floats, slope: float) -> bool:
         """Whether the smooth terms after a step lie little above their quadratic."""
@@ -86,23 +96,31 @@ class InteriorPoint:
         above = ahead.value - there.value - float(there.gradient @ step) - 0.5 * bend
         return above <= self._task.rounding - self._controls.poor_agreement * length * slope
 
-    def _bounds(self) -> list[Bounds]:
-        """C_χ, unless it weighs nothing, and the largest change of χ either way."""
-        design, found = self._task.design, []
-        if bound := design.bound:
-            found = [
+    def _passive_bounds(self) -> list[Bounds]:
+        """C_χ, unless it weighs nothing: above, and if there are solid regions below."""
+        design, bound = self._task.design, self._task.design.bound
+        if bound is None:
+            return []
+        points, compliance, stiffness = design.points, 1.0 / bound.weight, design.point_stiffness
+        rise, fall = bound.rooms(self._task.chi)
+        found = [Bounds(rise, points.volumes, compliance, points.at, design.from_points, stiffness)]
+        if fall is not None:
+            found.append(
                 Bounds(
-                    bound.room(self._task.chi),
-                    design.points.volumes,
-                    1.0 / bound.weight,
-                    design.points.at,
-                    design.from_points,
-                    design.point_stiffness,
+                    fall,
+                    points.volumes,
+                    compliance,
+                    lambda s: -points.at(s),
+                    lambda force: -design.from_points(force),
+                    stiffness,
                 )
-            ]
+            )
+        return found
+
+    def _reach_bounds(self) -> list[Bounds]:
+        """The largest change of χ either way."""
         room, share = np.full_like(self._task.chi, self._task.reach), self._share
         return [
-            *found,
             Bounds(room, share, 0.0, lambda s: s, lambda force: share * force, self._on_diagonal),
             Bounds(room, share, 0.0, lambda s: -s, lambda force: -share * force, self._on_diagonal),
         ]

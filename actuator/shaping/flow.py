@@ -21,6 +21,7 @@ from actuator.body.strain import Strains, strains
 from actuator.domains.interface import Domain
 from actuator.failure import EmptySolid, NotInflatable, NotManifold, SolveFailure
 from actuator.parameters import Load
+from actuator.regions.bounds import Bounds
 from actuator.shaping.bounds import Widths, widths
 from actuator.shaping.derivatives import main_objective, shape_gradient, strain_aggregate
 from actuator.shaping.metric import Metric
@@ -145,7 +146,8 @@ class Flow:
     Args:
         domain: of the design.
         chi: χ at its vertices, (n_vertices,).
-        bound: upper bound of χ of the passive region, (n_vertices,).
+        bounds: on χ, of the passive region and of regions of the case, (n_vertices,); what lies beyond does not go
+            farther.
         threshold: level of the surface.
         inflation_of: makes the problem of a mesh.
         goal: what C_0 is.
@@ -159,7 +161,7 @@ class Flow:
         self,
         domain: Domain,
         chi: Floats,
-        bound: Floats,
+        bounds: Bounds,
         threshold: float,
         inflation_of: Callable[[BodyMesh], Inflation],
         goal: Goal,
@@ -169,7 +171,7 @@ class Flow:
         controls: Controls,
         threads: int,
     ) -> None:
-        self._domain, self._bound, self._threshold = domain, bound, threshold
+        self._domain, self._bounds, self._threshold = domain, bounds, threshold
         self._inflation_of, self._goal, self._load, self._modulus = inflation_of, goal, load, youngs_modulus
         self._limits, self._controls, self._least_wall = limits, controls, limits.wall
         self._tetrahedra = domain.tetrahedra()
@@ -230,7 +232,7 @@ class Flow:
         for left in reversed(range(self._controls.cuts)):
             chi = known.chi + change
             try:
-                return self._known(np.minimum(chi, np.maximum(self._bound, known.chi)), known)
+                return self._known(self._bounds.around(known.chi).kept(chi), known)
             except (EmptySolid, NotManifold, NotInflatable, SolveFailure):
                 if not left:
                     raise

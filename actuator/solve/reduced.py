@@ -18,6 +18,7 @@ from actuator.equations.scheme import DEFAULT, Scheme
 from actuator.linear import SolverName
 from actuator.load_case import LoadCase
 from actuator.parameters import Load, Material, Objective
+from actuator.regions.bounds import Regions
 from actuator.solve.equilibrium import FACTORS, Equilibrium, NoState
 from actuator.solve.stacking import split, stacked, summed
 from actuator.solve.state import State
@@ -116,6 +117,7 @@ class ReducedObjective:
         solver: SolverName = "auto",
         threads: int = 2,
         scheme: Scheme = DEFAULT,
+        regions: Regions | None = None,
     ) -> None:
         self.domain, self.objective = domain, objective
         self.adjoint_tolerance = adjoint_tolerance
@@ -137,7 +139,7 @@ class ReducedObjective:
             equilibria.append(made)
         self.discretisation = equilibria[0].discretisation
         problems = [
-            Problem(self.discretisation, equilibrium.coefficients, case.load, objective, case.goal)
+            Problem(self.discretisation, equilibrium.coefficients, case.load, objective, case.goal, regions)
             for equilibrium, case in zip(equilibria, loads, strict=True)
         ]
         self.total = total_objective(problems, [case.weight for case in loads], equilibria[0].tangent.darcy)

@@ -1,5 +1,7 @@
 """The terms that depend on χ alone, integrated: C_χ, C_A and C_i in one compiled loop, and any others after them.
 
+Where regions of a case bound χ, C_χ differs from cell to cell and is added from its points instead.
+
 The three are functions of χ and ∇χ at a point, each in its own file with its first and second derivatives; the loop
 adds them up. The optimiser's subproblem calls it for every trial.
 """
@@ -52,7 +54,7 @@ class DesignObjective:
         gather: pattern of upper triangles on vertices.
 
     Attributes:
-        passive: the bound of C_χ.
+        passive: the bounds of C_χ.
         points: fields at the quadrature points.
     """
 
@@ -62,7 +64,7 @@ class DesignObjective:
         self._n = problem.discretisation.domain.mesh.nvertices
         self.points, self.passive = PointFields(self._geometry), PassiveRegion(problem)
         self._weights = (
-            self.passive.weight,
+            self.passive.weight if self.passive.by_class else 0.0,
             area_weight(problem),
             problem.objective.slope_weight,
             slope_limit(problem),
@@ -72,20 +74,28 @@ class DesignObjective:
 
     @property
     def bound(self) -> PassiveRegion | None:
-        """C_χ, which the optimiser takes for a bound, or None if it weighs nothing."""
+        """C_χ, which the optimiser takes for bounds, or None if it weighs nothing."""
         return self.passive if self.passive.weight > 0.0 else None
 
     def value(self, chi: Floats) -> float:
         """Sum of the terms alone, to the last bit that of a whole evaluation, at a fraction of the price."""
-        values = design_terms(self._geometry, self.passive.limit, self._weights, chi, self._g, self._h, False)
-        return sum([*(float(value) for value in values[:3]), *(other.value(chi) for other in self._others.values())])
+        passive, *values = design_terms(self._geometry, self.passive.limit, self._weights, chi, self._g, self._h, False)
+        if not self.passive.by_class:
+            passive = self.passive.penalty(-self.passive.room(chi))
+        others = (other.value(chi) for other in self._others.values())
+        return sum([*(float(value) for value in (passive, *values[:2])), *others])
 
     def __call__(self, chi: Floats) -> DesignTerms:
         """Evaluate at a design (n_vertices,)."""
-        return self._evaluated(chi, self._weights)
+        found = self._evaluated(chi, self._weights)
+        if self.passive.by_class or self.bound is None:
+            return found
+        slope, bend = self.passive.derivatives(chi)
+        terms = {**found.terms, "C_chi": Value(self.passive.penalty(-self.passive.room(chi)))}
+        return DesignTerms(terms, found.gradient + self.from_points(slope), found.hessian + self.point_stiffness(bend))
 
     def smooth(self, chi: Floats) -> DesignTerms:
-        """The same without C_χ, the bound."""
+        """The same without C_χ, the bounds."""
         return self._evaluated(chi, (0.0, *self._weights[1:]))
 
     def _evaluated(self, chi: Floats, weights: tuple[float, float, float, float]) -> DesignTerms:

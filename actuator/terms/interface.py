@@ -21,6 +21,7 @@ from actuator.equations.arm import COORDINATES
 from actuator.equations.discretisation import Discretisation, Geometry
 from actuator.material.constants import Constants
 from actuator.parameters import Load, Objective
+from actuator.regions.bounds import Regions
 from actuator.terms.goals.bending import PAPER_GOAL
 from actuator.terms.goals.interface import Goal
 
@@ -35,6 +36,7 @@ class Problem:
         load: pressure, arm and spring.
         objective: weights and limits.
         goal: what C_0 is.
+        regions: of the domain that stay void or solid; none if None.
     """
 
     discretisation: Discretisation
@@ -42,6 +44,7 @@ class Problem:
     load: Load
     objective: Objective
     goal: Goal = PAPER_GOAL
+    regions: Regions | None = None
 
 
 class Fields(NamedTuple):

@@ -27,6 +27,8 @@ def parsed(settings: Iterable[str]) -> dict[str, Any]:
         if not equals or not all(key.split(".")):
             wrong = f"must be key=value, such as {SET} optimizer.max_updates=10, not '{shown(setting)}'"
             raise Fault(ExitCode.USAGE, f"{SET}: {wrong}; write it so.")
+        if isinstance((field := Case.model_fields.get(key.partition(".")[0])) and field.default, list):
+            raise Fault(ExitCode.USAGE, f"{SET}: {shown(key)}: is in a list; change it in the case file.")
         if key in found:
             raise Fault(ExitCode.USAGE, f"{SET}: {shown(key)}: is there twice; remove one of them.")
         found[key] = case_text.value(value, f"{SET}: {shown(key)}")

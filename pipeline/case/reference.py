@@ -73,7 +73,8 @@ def _section(name: str, section: Schema, schema: Schema, depth: int = 2) -> Iter
     yield f"{'#' * depth} {name}"
     kinds = _kinds(section, schema)
     if len(kinds) > 1:
-        yield f"One of {', '.join(f'`{kind}`' for kind in kinds)}:"
+        each = "A list, each entry one of" if section.get("type") == "array" else "One of"
+        yield f"{each} {', '.join(f'`{kind}`' for kind in kinds)}:"
     for kind, model in kinds.items():
         if len(kinds) > 1:
             yield f"{'#' * (depth + 1)} {name}: {kind}"

@@ -39,6 +39,8 @@ def case_text(case: Case, head: str, schema: str | None = None) -> str:
         value = getattr(case, name)
         if isinstance(value, Section):
             lines += ["", *_section(name, value, case)]
+        elif isinstance(value, list):
+            lines += ["", *_list(name, value, field)]
         else:
             lines.insert(len(modeline) + 3, _line(name, value, field, default=False))
     return "\n".join(lines) + "\n"
@@ -99,6 +101,13 @@ def _section(name: str, section: Section, case: Case) -> Iterator[str]:
             description = section.instead[other].description
             text = f"{other}: {value_text(case.quantities()[other])} {unit_of(description)}"
             yield f"  {text:<{known}}  # {description}" if given else f"  # {text:<{known - 2}}  # or {description}"
+
+
+def _list(name: str, entries: list[Section], field: FieldInfo) -> Iterator[str]:
+    yield f"{f'{name}:' if entries else f'{name}: []':<{COMMENTS}}  # {field.description}"
+    for entry in entries:
+        for row, (key, each) in enumerate(type(entry).model_fields.items()):
+            yield f"  {' ' if row else '-'} {_line(key, getattr(entry, key), each, width=COMMENTS - 4, default=False)}"
 
 
 def _line(key: str, value: Any, field: FieldInfo, *, width: int = COMMENTS, default: bool = True) -> str:

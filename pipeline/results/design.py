@@ -11,6 +11,7 @@ import stages.ended
 import stages.mirror
 import stages.optimize
 import stages.refine
+import stages.regions
 from actuator.arrays import Floats
 from actuator.failure import InvalidField
 from pipeline.case.model import Case, stored_case
@@ -174,6 +175,7 @@ def read_design(path: Path) -> OptimisedDesign:
         history=artifact.read_group(path, "optimize", "history"),
         summary=summary,
         checkpoint=artifact.read_group(path, "optimize", "checkpoint"),
+        bodies=stages.regions.unpack(stored, case.regions),
         converged=summary["converged"],
         reason=summary["reason"],
         others={},

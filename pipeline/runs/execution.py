@@ -81,6 +81,10 @@ class Execution:
             made = self._write_part(step.stage, packed.product) if packed.product else {}
         except failure.NotInflatable as error:
             raise Unfit(ExitCode.BAD_SOLID, f"{self.job.part}: {error}") from error
+        except failure.InvalidRegion as error:
+            text = "" if self.job.given else self.job.case_text
+            place = first_design.place_of(self.job.argument, text, ("regions", error.number))
+            raise Fault(code_of(error), f"{place} {error.sentence}.") from error
         except failure.Failure as error:
             raise Fault(code_of(error), f"{step.stage}: {error}") from error
         row = STAGES[step.stage]
@@ -122,6 +126,7 @@ class Execution:
             compute=job.case.compute.build(),
             observer=self.reporter.observe,
             initial=self._initial() if step.stage == checkpoint.OPTIMIZE else None,
+            bodies=first_design.read_bodies(job.case) if step.stage == checkpoint.OPTIMIZE else {},
         )
         self.reporter.log.info("%s: %s", step.stage, task.compute)
         if step.stage == checkpoint.OPTIMIZE:
@@ -136,8 +141,7 @@ class Execution:
             return None
         found, digest = first_design.read(Path(named.file))
         if digest != named.sha256:
-            sentence = f"{named.file}: was replaced by another process at this moment; run the same command again."
-            raise Fault(ExitCode.BUSY, sentence)
+            raise first_design.replaced_meanwhile(named.file)
         return found
 
     def _part(self) -> tuple[Floats, Ints]:

@@ -57,19 +57,23 @@ def _without(
     resolved: Mapping[str, Any], sections: Sequence[str], left_out: Sequence[str], idle: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Sections without some keys, and with others unset; one that says nothing is left out, as before it was known."""
-    kept = {
-        section: {
+
+    def of(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        return {
             key: None if section in idle or f"{section}.{key}" in idle else value
-            for key, value in resolved.get(section, {}).items()
+            for key, value in values.items()
             if f"{section}.{key}" not in left_out
         }
-        for section in sections
-    }
-    return {
-        section: values
-        for section, values in kept.items()
-        if section in resolved and (not values or any(value is not None for value in values.values()))
-    }
+
+    kept: dict[str, Any] = {}
+    for section in (each for each in sections if each in resolved):
+        values = resolved[section]
+        if isinstance(values, list):  # of sections
+            if values:
+                kept[section] = [of(section, each) for each in values]
+        elif not (found := of(section, values)) or any(value is not None for value in found.values()):
+            kept[section] = found
+    return kept
 
 
 def _at(resolved: Mapping[str, Any], key: str) -> Any:
@@ -92,5 +96,7 @@ def leaves(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
     for key, value in settings.items():
         if isinstance(value, Mapping):
             yield from leaves(value, f"{prefix}{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            yield from leaves({str(number): each for number, each in enumerate(value)}, f"{prefix}{key}.")
         else:
             yield prefix + key, value

@@ -8,6 +8,7 @@ from physics import LENGTH, RADIUS, Floats, half_cylinder, parameters
 
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.domains.interface import Domain
+from actuator.regions.bounds import Regions
 from actuator.solve.reduced import ReducedObjective
 from actuator.terms.step import Metric
 
@@ -19,7 +20,12 @@ def small_domain() -> HalfCylinder:
 
 
 def small_objective(
-    domain: Domain | None = None, tolerance: float = 1e-8, *, threads: int = 1, **changes: Any
+    domain: Domain | None = None,
+    tolerance: float = 1e-8,
+    *,
+    threads: int = 1,
+    regions: Regions | None = None,
+    **changes: Any,
 ) -> ReducedObjective:
     """The paper's problem on a small mesh; ``changes`` are those of :func:`physics.parameters`."""
     return ReducedObjective(
@@ -28,6 +34,7 @@ def small_objective(
         state_tolerance=tolerance,
         adjoint_tolerance=max(1e-3 * tolerance, 1e-12),
         threads=threads,
+        regions=regions,
     )
 
 

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from physics import Floats, coefficients, parameters
+from physics import Floats, coefficients, half_cylinder, parameters
 from scipy.optimize import minimize
-from small_case import metric_of, small_objective, start_of
+from small_case import INTERFACE_WIDTH, metric_of, small_objective, start_of
 
 from actuator.linear import DirectSolver
 from actuator.optimiser.curvature import Curvature
 from actuator.optimiser.proposal import Proposal
 from actuator.optimiser.subproblem import Subproblem
+from actuator.regions.bounds import Kind, Region, Regions
+from actuator.regions.shapes import Sphere
 from actuator.solve.reduced import ReducedObjective
 from actuator.terms import total_objective
 from actuator.terms.interface import Problem as Terms
@@ -166,6 +168,36 @@ def test_design_that_touches_the_passive_region_is_in_balance(pull: float) -> No
     push = design.from_points(design.passive.weight * np.maximum(over, 0.0))
     left = given.norm.dual_norm(given.gradient(proposal.step))
     assert left < 1e-6 * given.norm.dual_norm(push), "the wall's force must be that of the design's own"
+
+
+@pytest.mark.parametrize("pull", [3e-5, 1e-4])
+def test_design_between_bounds_from_both_sides_is_in_balance(pull: float) -> None:
+    """A ball that stays solid is pulled to void, one that stays void to solid: the active set of both is exact."""
+    domain = half_cylinder(4, 2, 5)
+    balls: list[tuple[Kind, tuple[float, ...]]] = [("solid", (7.0, 9.5, 0.0)), ("void", (7.0, 0.0, 12.0))]
+    regions = Regions(domain, [Region(kind, Sphere(np.array(centre), 4.0)) for kind, centre in balls])
+    objective = small_objective(domain, regions=regions)
+    design, norm = objective.design, metric_of(objective)
+    passive, curvature = design.passive, Curvature(norm, 1e-2 / norm.volume)
+    assert passive.lower is not None
+    force = pull * design.from_points((passive.lower > 0.0) * 1.0 - (passive.upper < 0.0))
+    lower, upper = regions.all_bounds(INTERFACE_WIDTH)
+    # A little beyond the bounds of both.
+    chi = np.where(lower > 0.0, lower - 0.05, np.where(upper < 0.0, upper + 0.05, start_of(domain)))
+    for _ in range(6):
+        linear = force - design.smooth(chi).gradient
+        given = Problem(objective, norm, chi, linear, curvature, 1e-3 * norm.upper)
+        proposal = given.solve()
+        assert proposal is not None
+        chi = chi + proposal.step
+    for room in passive.rooms(chi):
+        assert room is not None
+        assert (room < 0.0).sum() > 10
+        assert room.min() > -1e-6
+    slope, _ = passive.derivatives(chi)
+    left = norm.dual_norm(given.gradient(proposal.step))
+    assert left < 1e-6 * norm.dual_norm(design.from_points(slope)), "the walls' force must be the design's own"
+    assert proposal.value == pytest.approx(design.value(chi), rel=1e-12)
 
 
 def test_little_gain_is_had_without_the_active_set() -> None:
