@@ -36,10 +36,6 @@ class Messages:
             if len(path) == 1:
                 return f"{key}: must be a list, not {kind_of(value)}; begin each of its entries by a dash"
             return f"{key}: must be a list such as [1.0, 2.0], not {kind_of(value)}; put brackets around it"
-        if kind in ("too_short", "too_long"):
-            due = context["min_length" if kind == "too_short" else "max_length"]
-            bound = "at least" if kind == "too_short" else "at most"
-            return f"{key}: has {context['actual_length']} entries; write {bound} {due}"
         if kind == "missing":
             return f"{key}: is missing; write it, see `poro schema`"
         if kind == "value_error":

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from physics import Floats, half_cylinder, halvings, parameters, rates
 
-from actuator.equations.kinematics import ARM, Kinematics
+from actuator.equations.kinematics import Kinematics
 from actuator.load_case import LoadCase
 from actuator.parameters import Load
 from actuator.solve.equilibrium import Equilibrium
@@ -35,11 +35,11 @@ def test_force_is_what_its_work_has_for_a_derivative() -> None:
     load = replace(LOAD, force=FORCE, spring_stiffness=0.0)
     kinematics = Kinematics(DOMAIN, load)
     x = np.zeros(kinematics.size, complex)
-    x[ARM] = 0.4, -0.7, 0.3
+    x[kinematics.of_arm] = 0.4, -0.7, 0.3
 
     def work(x: Floats) -> Floats:
         """F · u of the point of the arm at its end."""
-        along = x[ARM][0] + load.arm_length * (np.cos(x[-1]) - 1.0)
+        along = x[kinematics.of_arm][0] + load.arm_length * (np.cos(x[-1]) - 1.0)
         return FORCE[0] * along + FORCE[2] * kinematics.elongation(x)
 
     for i in range(3):
