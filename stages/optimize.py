@@ -105,9 +105,9 @@ def run(
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
 
-    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     bodies = bodies or {}
     _check_regions(settings, bodies)
+    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     core, units = similar(settings)
     material, load, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))

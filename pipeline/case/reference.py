@@ -120,7 +120,7 @@ def _type(key: Schema, schema: Schema) -> str:
     if "const" in key or "enum" in key:
         return ", ".join(f"`{value}`" for value in key.get("enum", [key.get("const")]))
     if key.get("type") == "array":
-        return f"list of {_type(key['items'], schema)}".replace("number", "numbers")
+        return f"list of {_type(key['items'], schema)}".replace("number", "numbers").replace("quantity", "quantities")
     return "quantity" if key.get("format") == "quantity" else _WORDS[key["type"]]
 
 
@@ -129,7 +129,8 @@ def _bounds(key: Schema) -> Iterator[str]:
     if found:
         yield ", ".join(found)
     if "minItems" in key or "maxItems" in key:
-        yield f"{key.get('minItems', 0)} to {key['maxItems']} of them" if "maxItems" in key else "at least one"
+        least, most = key.get("minItems", 0), key.get("maxItems")
+        yield "at least one" if most is None else f"{most} of them" if least == most else f"{least} to {most} of them"
     if "maxLength" in key:
         yield f"at most {key['maxLength']} characters"
     for choice in [*key.get("anyOf", ()), *([key["items"]] if "items" in key else [])]:
