@@ -106,11 +106,11 @@ def run(
     from actuator.solve.reduced import ReducedObjective
     from actuator.threads import use_threads
 
-    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     refuse_joined(settings)
     refuse_across(settings)
     bodies = bodies or {}
     _check_regions(settings, bodies)
+    observer(Message("Preparing the model; the first run after an installation compiles it, which takes a minute."))
     core, units = similar(settings)
     material, _, limits = core.parameters()
     compile_kernels(material.law, lambda done, total: observer(Compiled(done, total)))

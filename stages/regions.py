@@ -60,8 +60,8 @@ class RegionSettings(Section):
 class BoxRegion(RegionSettings):
     """A box with sides along the axes."""
 
-    shape: Literal["box"]
-    corner: Point = Field(description="a corner, [X1, X2, X3] [mm]")
+    shape: Literal["box"] = Field(description="which shape")
+    corner: Point = Field(description="a corner, (X1, X2, X3) [mm]")
     opposite: Point = Field(description="the corner that is opposite in all three directions [mm]")
 
     @model_validator(mode="after")
@@ -81,8 +81,8 @@ class BoxRegion(RegionSettings):
 class CylinderRegion(RegionSettings):
     """A round cylinder between two points."""
 
-    shape: Literal["cylinder"]
-    start: Point = Field(description="centre of one end, [X1, X2, X3] [mm]")
+    shape: Literal["cylinder"] = Field(description="which shape")
+    start: Point = Field(description="centre of one end, (X1, X2, X3) [mm]")
     end: Point = Field(description="centre of the other end [mm]")
     radius: float = Field(gt=0, description="its radius [mm]")
 
@@ -102,8 +102,8 @@ class CylinderRegion(RegionSettings):
 class SphereRegion(RegionSettings):
     """A sphere."""
 
-    shape: Literal["sphere"]
-    centre: Point = Field(description="its centre, [X1, X2, X3] [mm]")
+    shape: Literal["sphere"] = Field(description="which shape")
+    centre: Point = Field(description="its centre, (X1, X2, X3) [mm]")
     radius: float = Field(gt=0, description="its radius [mm]")
 
     def build(self, domain: Domain, body: Surface | None) -> Shape:
@@ -116,7 +116,7 @@ class SphereRegion(RegionSettings):
 class SkinRegion(RegionSettings):
     """What lies within a distance of a surface of the domain."""
 
-    shape: Literal["skin"]
+    shape: Literal["skin"] = Field(description="which shape")
     surface: Literal["fixed", "tip", "symmetry", "outside"] = Field(
         description="the face that is held, the face that moves with the arm, the symmetry plane, or the outer wall"
     )
@@ -136,7 +136,7 @@ class SkinRegion(RegionSettings):
 class FileRegion(RegionSettings):
     """The inside of a closed surface in a file."""
 
-    shape: Literal["file"]
+    shape: Literal["file"] = Field(description="which shape")
     file: str = Field(
         min_length=1, description="STL or 3MF, in mm and the domain's coordinates; seen from the case file's folder"
     )

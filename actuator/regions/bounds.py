@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from actuator.arrays import Bools, Floats
+from actuator.arrays import Floats
 from actuator.domains.interface import ROUNDING, Domain
 from actuator.domains.smooth_minimum import smooth_minimum
 from actuator.failure import InvalidRegion
@@ -151,7 +151,9 @@ class Regions:
         return self.clipped(chi, interface_width, length_unit)
 
     def check(self, interface_width: float, length_unit: float = 1.0) -> None:
-        """Refuse regions that the mesh cannot show, or that cannot all be met at its vertices.
+        """Refuse regions that the mesh cannot show, or that cannot all be kept.
+
+        The latter is looked for at vertices and in the middle of edges and cells.
 
         Raises:
             InvalidRegion: if one contains no vertex, a void and a solid one overlap, or a solid one covers the inlet
@@ -160,21 +162,35 @@ class Regions:
         if not self._regions:
             return
         domain, tiny = self._domain, ROUNDING * self._domain.size
-        found = self._depths(domain.points)
+        places = np.concatenate([domain.nodes, domain.points[domain.cells].mean(axis=1)])
+        found = self._depths(places)
         for number, depth in enumerate(found.each):
-            if not (depth > tiny).any():
+            if not (depth[: len(domain.points)] > tiny).any():
                 sentence = "contains no vertex of the mesh; make the region larger, or take a finer mesh"
                 raise InvalidRegion(number, sentence)
         solid = found.solid > tiny
         if (both := solid & (found.void > tiny)).any():
-            self._refuse_overlap(found, both)
-        kept_void = domain.passive_bound(domain.points, interface_width, length_unit) < -tiny
+            at = int(np.argmax(np.where(both, np.minimum(found.void, found.solid), -np.inf)))
+            first, last = sorted(self._latest(found, kind, at) for kind in ("void", "solid"))
+            raise InvalidRegion(
+                last,
+                f"is {self._regions[last].kind} and overlaps regions.{first}, which is {self._regions[first].kind}, at "
+                f"{_text(places[at])}; move one of them, or let a free region between them in the list undo the first",
+            )
         for taken, what in (
-            (solid & (domain.inlet(domain.points) > 0.0), "covers the inlet, which would lie outside the void"),
-            (solid & kept_void, "covers places that the domain keeps void around its inlet"),
+            (solid & (domain.inlet(places) > 0.0), "covers the inlet, which would lie outside the void"),
+            (
+                solid & (domain.passive_bound(places, interface_width, length_unit) < -tiny),
+                "covers places that the domain keeps void around its inlet",
+            ),
         ):
             if taken.any():
-                self._refuse(found, taken, what)
+                at = int(np.argmax(np.where(taken, found.solid, -np.inf)))
+                raise InvalidRegion(
+                    self._latest(found, "solid", at),
+                    f"is solid and {what}, at {_text(places[at])}; leave that place out, or let a free region after it "
+                    "cut it out",
+                )
 
     def _depths(self, points: Floats) -> _Depths:
         each = [region.shape.depth(points) for region in self._regions]
@@ -194,29 +210,13 @@ class Regions:
         return _Depths(each, void, solid)
 
     def _latest(self, found: _Depths, kind: Kind, at: int) -> int:
-        """Number of the last region of a kind that a vertex lies in."""
+        """Number of the last region of a kind that a place lies in."""
         return max(
             number
             for number, (region, depth) in enumerate(zip(self._regions, found.each, strict=True))
             if region.kind == kind and depth[at] > 0.0
         )
 
-    def _refuse_overlap(self, found: _Depths, taken: Bools) -> None:
-        at = int(np.argmax(np.where(taken, np.minimum(found.void, found.solid), -np.inf)))
-        numbers = {kind: self._latest(found, kind, at) for kind in ("void", "solid")}
-        (first, last), place = sorted(numbers.values()), self._place(at)
-        raise InvalidRegion(
-            last,
-            f"is {self._regions[last].kind} and overlaps regions.{first}, which is {self._regions[first].kind}, at "
-            f"{place}; move one of them, or let a free region between them in the list undo the first",
-        )
 
-    def _refuse(self, found: _Depths, taken: Bools, what: str) -> None:
-        at = int(np.argmax(np.where(taken, found.solid, -np.inf)))
-        raise InvalidRegion(
-            self._latest(found, "solid", at),
-            f"is solid and {what}, at {self._place(at)}; leave that place out, or cut it out by a free region after it",
-        )
-
-    def _place(self, at: int) -> str:
-        return "({:.3g}, {:.3g}, {:.3g}) mm".format(*self._domain.points[at])
+def _text(place: Floats) -> str:
+    return "({:.3g}, {:.3g}, {:.3g}) mm".format(*place)

@@ -119,7 +119,7 @@ def _type(key: Schema, schema: Schema) -> str:
     if "const" in key or "enum" in key:
         return ", ".join(f"`{value}`" for value in key.get("enum", [key.get("const")]))
     if key.get("type") == "array":
-        return f"list of {_type(key['items'], schema)}".replace("number", "numbers")
+        return f"list of {_type(key['items'], schema)}".replace("number", "numbers").replace("quantity", "quantities")
     return "quantity" if key.get("format") == "quantity" else _WORDS[key["type"]]
 
 
