@@ -10,13 +10,15 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
+from actuator.failure import InvalidSettings
 from actuator.registry import Registry
 from stages.section import Kinds, Section
 
 if TYPE_CHECKING:
     from actuator.domains.interface import Domain
+    from actuator.domains.own_mesh import OwnMesh
 
 
 class DomainSettings(Section):
@@ -47,6 +49,11 @@ class DomainSettings(Section):
     def halves(self) -> int:
         """How many halves of the actuator are modelled: 1, or 2 where there is no symmetry plane."""
         return 1
+
+    @property
+    def classes(self) -> int:
+        """How many cells have shape functions of their own because nothing is known of them; 0 for a swept domain."""
+        return 0
 
     @classmethod
     @abstractmethod
@@ -218,11 +225,94 @@ class PrismSettings(WalledSettings):
         return Prism
 
 
+class MeshSettings(DomainSettings):
+    """Design domain and mesh: 8-node hexahedra from a file with sets fixed, tip, symmetry, outside and inlet.
+
+    What the file holds is read by whoever opens files, and given by :meth:`holding`.
+    """
+
+    lengths: ClassVar[tuple[str, ...]] = ("length", "height")
+    counts: ClassVar[tuple[str, ...]] = ("file",)
+    #: Keys that :meth:`holding` fills.
+    found: ClassVar[tuple[str, ...]] = ("length", "height", "hexahedra", "whole", "sha256")
+
+    file: str | None = Field(
+        None, min_length=1, description="the mesh, .msh, .inp, .vtu or any that meshio reads; from the case's folder"
+    )
+    length: float | None = Field(  # type: ignore[assignment]  # until the mesh is read
+        None, gt=0, description="L, to which the mesh is scaled; left out, its vertices count in mm [mm]"
+    )
+    radius: float | None = Field(
+        None, gt=0, description="radius of an outer wall that is round about the axis X1; none for any other [mm]"
+    )
+    inlet_height: float = Field(0.0, description="X3 of an inlet channel along X1, without a set inlet [mm]")
+    height: float | None = Field(None, gt=0, description="H, height along X3; found by the program [mm]")
+    hexahedra: int | None = Field(None, ge=1, description="number of cells; found by the program [-]")
+    whole: bool | None = Field(None, description="whether there is no set symmetry; found by the program")
+    sha256: str | None = Field(
+        None, pattern="^[0-9a-f]{64}$", description="what the file must hold; found by the program if left out"
+    )
+    shape: Literal["mesh"] = Field("mesh", description="which design domain")
+
+    _mesh: OwnMesh | None = PrivateAttr(None)
+
+    @model_validator(mode="after")
+    def _of_a_file(self) -> Self:
+        if self.file is None:
+            raise ValueError("has no mesh; write 'file'")
+        return self
+
+    def holding(self, mesh: OwnMesh, sha256: str) -> Self:
+        """The settings with what the file holds, its sha256 by the cells, vertices and sets that count."""
+        found = mesh.length, 2.0 * mesh.size, len(mesh.hexahedra), not mesh.mirrored, sha256
+        made = self.model_copy(update=dict(zip(self.found, found, strict=True)))
+        made._mesh = mesh
+        return made
+
+    @property
+    def size(self) -> float:
+        """H / 2, mm."""
+        return 0.5 * (self.height or 0.0)
+
+    @property
+    def cells(self) -> int:
+        """As many as the file has."""
+        return self.hexahedra or 0
+
+    @property
+    def halves(self) -> int:
+        """Two without a symmetry plane."""
+        return 2 if self.whole else 1
+
+    @property
+    def classes(self) -> int:
+        """All of them."""
+        return self.cells
+
+    @classmethod
+    def domain_type(cls) -> Callable[..., Domain]:
+        """The mesh."""
+        from actuator.domains.own_mesh import OwnMesh  # scikit-fem: only where a mesh is wanted
+
+        return OwnMesh
+
+    def build(self) -> Domain:
+        """The mesh that was read, in the units of these settings.
+
+        Raises:
+            actuator.failure.InvalidSettings: if it was not read.
+        """
+        if self._mesh is None:
+            raise InvalidSettings(f"domain.file: {self.file} was not read; give the case with the mesh it names.")
+        return self._mesh.scaled((self.length or self._mesh.length) / self._mesh.length)
+
+
 #: Settings of the domains by ``shape``.
 DOMAINS: Registry[type[DomainSettings]] = Registry("domain")
 DOMAINS.register("half-cylinder", HalfCylinderSettings)
 DOMAINS.register("cylinder", CylinderSettings)
 DOMAINS.register("prism", PrismSettings)
 DOMAINS.register("box", BoxSettings)
+DOMAINS.register("mesh", MeshSettings)
 
 AnyDomainSettings = Annotated[DomainSettings, Kinds(DOMAINS, "shape", default="half-cylinder")]

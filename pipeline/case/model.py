@@ -123,12 +123,14 @@ def read_case(path: Path) -> tuple[Case, str]:
 
 
 def _seen_from(folder: Path, case: Case) -> Case:
-    """The case with the whole path of the file that it begins with."""
-    if case.initial.file is None:
-        return case
-    beside, here = folder / case.initial.file, Path(case.initial.file)
-    whole = str((here if here.exists() and not beside.exists() else beside).absolute())
-    return case.model_copy(update={"initial": case.initial.model_copy(update={"file": whole})})
+    """The case with the whole paths of the files that it names."""
+    for name in ("initial", "domain"):
+        section: Any = getattr(case, name)
+        if (file := getattr(section, "file", None)) is not None:
+            beside, here = folder / file, Path(file)
+            whole = str((here if here.exists() and not beside.exists() else beside).absolute())
+            case = case.model_copy(update={name: section.model_copy(update={"file": whole})})
+    return case
 
 
 def read_bytes(path: Path) -> bytes:
