@@ -29,6 +29,7 @@ import stages.rig
 import stages.simulate
 import stages.slices
 from pipeline.case.changes import changed
+from pipeline.case.mesh_file import with_mesh
 from pipeline.case.model import Case, examined, find_case
 from pipeline.case.model import read_case as read_case_file
 from pipeline.exit_codes import ExitCode, Fault, wrong_option
@@ -91,7 +92,8 @@ def read_case(path: PathName) -> Case:
     Raises:
         Fault: one sentence for every mistake.
     """
-    return read_case_file(find_case(Path(path)))[0]
+    file = find_case(Path(path))
+    return with_mesh(read_case_file(file)[0], file, "")
 
 
 def make_case(**sections: Any) -> Case:
@@ -104,7 +106,7 @@ def make_case(**sections: Any) -> Case:
         Fault: one sentence for every mistake.
     """
     plain = {name: value.model_dump() if isinstance(value, BaseModel) else value for name, value in sections.items()}
-    return _checked(plain)
+    return with_mesh(_checked(plain), Path("make_case"), "")
 
 
 def with_changes(case: Case, changes: Mapping[str, Any]) -> Case:

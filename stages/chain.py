@@ -208,7 +208,7 @@ for _row in (
         sections=("domain", "material", "load", "objective", "elements", "regions", "initial", "optimizer"),
         options=(UPDATES, THREADS),
         # What a file holds decides, by its sha256, not where it lies.
-        recorded_only=("optimizer.keep_updates", "initial.file", "regions.file"),
+        recorded_only=("optimizer.keep_updates", "initial.file", "domain.file", "regions.file"),
         extent=("optimizer.max_updates", "optimizer.stationarity", "optimizer.least_gain"),
     ),
     Stage(
@@ -228,6 +228,7 @@ for _row in (
         after="refine",
         # Without a method the design goes through as it is.
         only_with=dict.fromkeys(("finish", "domain", "material", "load", "objective", "mirror"), "finish.method"),
+        recorded_only=("domain.file",),
         options=(THREADS,),
         beside=(Beside("finish", ".finish.csv"), Beside("finish-figure", ".finish.png")),
     ),
@@ -269,6 +270,7 @@ for _row in (
         after="export",
         # Without a pressure of its own the print's modulus only scales what is shown.
         only_with={"rig.youngs_modulus": "inflate.pressure"},
+        recorded_only=("domain.file",),
         options=(
             SIZE,
             INFLATE_TO,

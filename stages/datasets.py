@@ -156,7 +156,8 @@ def design(source: Source) -> tuple[Domain, Floats]:
         known = ", ".join(DOMAINS)
         raise InvalidField(f"its design domain, {shape}, is none of {known}; register it, or make the file again.")
     try:
-        domain = DOMAINS[shape].domain_type()(**{name: value.item() for name, value in stored.items()})
+        made_from = {name: value if np.ndim(value) else value.item() for name, value in stored.items()}
+        domain = DOMAINS[shape].domain_type()(**made_from)
     except (TypeError, ValueError):
         raise InvalidField(f"its {shape} is not described as it should be; make the file again.") from None
     if chi.shape != (len(domain.points),):

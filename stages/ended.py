@@ -88,12 +88,13 @@ def told(
         "converged": converged,
         "reason": reason,
     }
+    of_arm = units.length, units.length, 1.0
     return Result(
         domain=domain,
         chi=state.chi,
         displacement=units.length * kinematics.displacement(x),
         pressure=p,
-        arm=kinematics.motion(x)[PAPER_COORDINATES] * (units.length, units.length, 1.0),
+        arm=kinematics.motion(x)[PAPER_COORDINATES] * of_arm,
         history=columns,
         summary=summary,
         checkpoint=checkpoint,
@@ -101,7 +102,7 @@ def told(
         reason=reason,
         others={
             case.name: OtherState(
-                units.length * own.displacement(x), units.stress * p, x[ARM] * (units.length, units.length, 1.0)
+                units.length * own.displacement(x), units.stress * p, own.motion(x)[PAPER_COORDINATES] * of_arm
             )
             for case, own, x, p in list(zip(state.cases, state.kinematics, state.x, state.p, strict=True))[1:]
         },

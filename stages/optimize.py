@@ -232,14 +232,26 @@ def _fields(at: Evaluation, units: Units) -> dict[str, Floats]:
     return {"chi": at.chi, "pressure": units.stress * at.state.p, "displacement": units.length * displacement}
 
 
-def least_memory(cells: int, load_cases: int = 1) -> float:
+#: Bytes that a cell with shape functions of its own adds. Kept are 14 points with gradients of 8 and 20 functions, one
+#: weight and 3 coordinates, and 20 x 20 products of second derivatives, in double precision: 13.1 kB. While they are
+#: made there are about three of them.
+OF_A_CLASS = 3 * 8 * (14 * (3 * (8 + 20) + 1 + 3) + 20 * 20)
+
+
+def least_memory(cells: int, classes: int = 0, load_cases: int = 1) -> float:
     """Memory that one evaluation of a design, or a simulation, needs on a mesh, bytes.
 
     Fitted to benchmarks/results/scaling.md, 1,080 to 30,000 cells, to 25 %: the program itself, what is kept per cell,
     and factors whose fill grows as n^(4/3) under nested dissection (A. George, doi:10.1137/0710032). A long
     optimisation keeps more. Every load case has a tangent and factors of its own.
+
+    Args:
+        cells: of the mesh.
+        classes: how many of them have shape functions of their own in a domain that is not swept.
+        load_cases: how many there are.
     """
-    return (0.45 + load_cases * (6.1e-5 * cells + 5.1e-6 * cells ** (4.0 / 3.0))) * 2.0**30
+    states = load_cases * (6.1e-5 * cells + 5.1e-6 * cells ** (4.0 / 3.0))
+    return (0.45 + states) * 2.0**30 + OF_A_CLASS * classes
 
 
 def _result(
@@ -275,7 +287,7 @@ def coarser(domain: DomainSettings) -> str:
 
 def needed(domain: DomainSettings, load_cases: int = 1) -> Need:
     """Least memory for states of that many load cases."""
-    return Need(domain.cells, least_memory(domain.cells, load_cases), coarser(domain))
+    return Need(domain.cells, least_memory(domain.cells, domain.classes, load_cases), coarser(domain))
 
 
 def needs(case: Any) -> Need:

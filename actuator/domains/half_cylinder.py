@@ -15,9 +15,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from actuator.arrays import Floats, Ints
-from actuator.domains import o_grid
+from actuator.domains import channel, o_grid
 from actuator.domains.interface import Parameter
-from actuator.domains.smooth_minimum import smooth_minimum
 from actuator.domains.swept import Swept
 
 
@@ -76,7 +75,7 @@ class HalfCylinder(Swept):
 
     def half_section_prolongation(self, factor: int) -> sp.csr_array:
         """Interpolation in the reference coordinates of the O-grid's cells."""
-        return o_grid.prolongation(self.core_cells, self.rings, factor)
+        return o_grid.prolongation((self.core_cells, self.core_cells), self.rings, factor)
 
     def outline(self) -> Floats:
         """The half disk with a round wall, whatever the mesh, (n, 2), mm."""
@@ -86,23 +85,20 @@ class HalfCylinder(Swept):
     # ------------------------------------------------------------- functions of the place
 
     def inlet(self, points: Floats) -> Floats:
-        """Profile of Eq. (18): 1 within r < 0.15 R, falling to zero at 0.25 R; (...)."""
-        ramp = np.minimum(1.0, np.maximum(0.0, 10.0 * _radii(points) / self.radius - 1.5))
-        return np.asarray(1.0 - np.sin(0.5 * np.pi * ramp) ** 2)
+        """Profile of Eq. (18), (...)."""
+        return channel.inlet(_radii(points), self.radius)
 
     def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """The bound on χ in C_χ of Eq. (21): 8/L_i min(R - r, |r| smoothed - 0.3 R); (...)."""
-        radii, radius, width = _radii(points) / length_unit, self.radius / length_unit, interface_width / length_unit
-        smooth_radius = -smooth_minimum(radii, -radii, width)
-        return 8.0 / width * np.minimum(radius - radii, smooth_radius - 0.3 * radius)
+        """The bound on χ in C_χ of Eq. (21), (...)."""
+        radii, radius = _radii(points) / length_unit, self.radius / length_unit
+        return channel.passive_bound(radii, radius - radii, radius, interface_width / length_unit)
 
     def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
         """χ at t = 0, Eq. (22): a tube from 0.45 R to 0.95 R, a little thinner for X3 > 0; (...)."""
-        points, radius, width = points / length_unit, self.radius / length_unit, interface_width / length_unit
-        r, upper = _radii(points), np.maximum(points[..., 2], 0.0)
-        tube = smooth_minimum(0.95 * radius - r, r - 0.45 * radius, width)
-        passive = smooth_minimum(radius - r, r - 0.3 * radius, width)
-        return smooth_minimum(8.0 / (3.0 * width) * tube - 0.1 * upper, 8.0 / width * passive, width)
+        points, radius = points / length_unit, self.radius / length_unit
+        r = _radii(points)
+        wall = channel.OUTER * radius - r, r - channel.INNER * radius
+        return channel.initial_design(r, radius - r, wall, points[..., 2], radius, interface_width / length_unit)
 
     # ------------------------------------------------------------- refinement
 

@@ -28,15 +28,15 @@ ROUNDING = 1e-9
 
 
 class Parameter(NamedTuple):
-    """A number that a domain is rebuilt from.
+    """A number, or an array of numbers, that a domain is rebuilt from.
 
     Attributes:
-        value: the number.
+        value: the number or the array.
         units: its unit as artifacts name it, ``mm`` or ``1``.
         meaning: what it is, for the reader of an artifact.
     """
 
-    value: float | int
+    value: float | int | Floats | Ints
     units: str
     meaning: str
 

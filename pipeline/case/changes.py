@@ -9,6 +9,7 @@ from pipeline.case import text as case_text
 from pipeline.case.model import Case, case_data, examined
 from pipeline.case.quantities import without_other
 from pipeline.exit_codes import ExitCode, Fault, shown
+from stages.domains import MeshSettings
 
 #: The option that sets any key.
 SET = "--set"
@@ -66,7 +67,9 @@ def changed(case: Case, values: Mapping[str, Any], options: Mapping[str, str] | 
     made, wrong = examined(with_values(case, values))
     if made is None:
         raise Fault(ExitCode.USAGE, "\n".join(_blamed(path, sentence, options) for path, sentence in wrong))
-    return made
+    # A mesh that was read stays with the domain that named it.
+    same = isinstance(case.domain, MeshSettings) and made.domain.model_dump() == case.domain.model_dump()
+    return made.model_copy(update={"domain": case.domain}) if same else made
 
 
 def _blamed(path: case_text.Path, sentence: str, options: Mapping[str, str] | None) -> str:

@@ -21,7 +21,6 @@ from pipeline.case.quantities import Mistake, as_written, taken_out, with_quanti
 from pipeline.case.shipped import shipped_case, shipped_names
 from pipeline.exit_codes import ExitCode, Fault, shown
 from stages.chain import sections
-from stages.regions import FileRegion
 from stages.section import Section
 
 #: Most mistakes of a file that are spelt out.
@@ -124,21 +123,22 @@ def read_case(path: Path) -> tuple[Case, str]:
 
 
 def _seen_from(folder: Path, case: Case) -> Case:
-    """The case with the whole paths of the files that it names: what it begins with, and shapes of regions."""
+    """The case with the whole paths of the files that it names: mesh, what it begins with, and shapes of regions."""
 
-    def seen(named: str) -> str:
+    def seen(section: Any) -> Any:
+        if (named := getattr(section, "file", None)) is None:
+            return section
         beside, here = folder / named, Path(named)
-        return str((here if here.exists() and not beside.exists() else beside).absolute())
+        whole = str((here if here.exists() and not beside.exists() else beside).absolute())
+        return section.model_copy(update={"file": whole})
 
-    changed: dict[str, Any] = {}
-    if case.initial.file is not None:
-        changed["initial"] = case.initial.model_copy(update={"file": seen(case.initial.file)})
-    if any(isinstance(region, FileRegion) for region in case.regions):
-        changed["regions"] = [
-            region.model_copy(update={"file": seen(region.file)}) if isinstance(region, FileRegion) else region
-            for region in case.regions
-        ]
-    return case.model_copy(update=changed) if changed else case
+    return case.model_copy(
+        update={
+            "domain": seen(case.domain),
+            "initial": seen(case.initial),
+            "regions": [seen(region) for region in case.regions],
+        }
+    )
 
 
 def read_bytes(path: Path) -> bytes:

@@ -59,7 +59,12 @@ def reference(schema: Schema) -> str:
     sections = {name: key for name, key in schema["properties"].items() if name not in alone}
     contents = []
     for name, section in sections.items():
-        meaning = section.get("description") or next(iter(_kinds(section, schema).values())).get("description", "")
+        kinds = _kinds(section, schema)
+        # Of several kinds what is said of the one that is meant where a case does not say which.
+        default = section.get("default")
+        named = default.values() if isinstance(default, dict) else ()
+        meant = next((kind for kind in kinds if kind in named), next(iter(kinds)))
+        meaning = section.get("description") or kinds[meant].get("description", "")
         contents.append((f"[`{name}`](#{name})", meaning))
     beside = "Beside the sections stands one key:" if len(alone) == 1 else "Beside the sections:"
     parts = [as_markdown(("section", "what it holds"), contents), beside, _table(alone, schema)]
@@ -119,7 +124,9 @@ def _type(key: Schema, schema: Schema) -> str:
     if "const" in key or "enum" in key:
         return ", ".join(f"`{value}`" for value in key.get("enum", [key.get("const")]))
     if key.get("type") == "array":
-        return f"list of {_type(key['items'], schema)}".replace("number", "numbers").replace("quantity", "quantities")
+        inside = _type(key["items"], schema)
+        several = inside.replace("list", "lists") if inside.startswith("list") else f"{inside}s"
+        return f"list of {several}".replace("number or quantitys", "numbers or quantities")
     return "quantity" if key.get("format") == "quantity" else _WORDS[key["type"]]
 
 

@@ -14,6 +14,7 @@ import stages.refine
 import stages.regions
 from actuator.arrays import Floats
 from actuator.failure import InvalidField
+from pipeline.case.mesh_file import of_artifact
 from pipeline.case.model import Case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.simulation import is_current
@@ -153,7 +154,7 @@ def read_design(path: Path) -> OptimisedDesign:
         remedy = "run the stage that makes it, `poro optimize`, or say with --output where it lies"
         raise Fault(ExitCode.ARTIFACT, f"{path}: there is no such file; {remedy}.")
     header = artifact.read_header(path)
-    case = stored_case(header.case_resolved, path)
+    case = of_artifact(stored_case(header.case_resolved, path), path, header.stage)
     if header.stage == CHECKPOINT:
         try:
             found = stages.ended.reached(case.optimize, contents.checkpoint(path, CHECKPOINT))

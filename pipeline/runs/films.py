@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 
 from actuator.arrays import Floats
+from pipeline.case.mesh_file import with_mesh
 from pipeline.case.model import stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.figures.film import Film, Moment, frames
@@ -133,7 +134,8 @@ def _of_updates(job: Job) -> Film:
 
 
 def _of_simulation(path: Path) -> Film:
-    case, states = stored_case(artifact.read_header(path).case_resolved, path), read_fields(path)
+    case = with_mesh(stored_case(artifact.read_header(path).case_resolved, path), path, "")
+    states = read_fields(path)
     domain, pressure_in = case.domain.build(), case.optimize.parameters()[1].pressure
     n = len(domain.points)
     rest = np.zeros((n, 3)), np.zeros(n)

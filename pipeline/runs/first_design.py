@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pipeline.case import text as case_text
 from pipeline.case.model import Case
 from pipeline.exit_codes import ExitCode, Fault
@@ -43,7 +45,7 @@ def read(file: Path) -> tuple[Given, str]:
     if stage not in FIELDS:
         raise Fault(ExitCode.ARTIFACT, f"{file}: this is the result of '{stage}'; give that of {' or '.join(FIELDS)}.")
     domain, chi = contents.design(file, stage)
-    sizes = {name: parameter.value for name, parameter in domain.parameters.items()}
+    sizes = {name: np.asarray(parameter.value).tolist() for name, parameter in domain.parameters.items()}
     digest = hashlib.sha256(json.dumps([domain.shape, sizes], sort_keys=True).encode() + chi.tobytes())
     return (domain, chi), digest.hexdigest()
 

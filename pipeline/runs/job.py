@@ -9,6 +9,7 @@ from typing import Any
 
 from pipeline.case import text as case_text
 from pipeline.case.changes import SET, changed, parsed
+from pipeline.case.mesh_file import of_artifact, with_mesh
 from pipeline.case.model import Case, find_case, read_case, stored_case
 from pipeline.exit_codes import ExitCode, Fault
 from pipeline.runs.adopted import adopted, exported, is_solid
@@ -72,8 +73,8 @@ class Job:
     def replaced(self, stage: str) -> dict[str, Any]:
         """What the case itself says of the keys on which a stage depends and which the command line changed.
 
-        Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``. A key that
-        is not recorded while it says nothing, such as ``load.cases``, is None then.
+        Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``. A key
+        that is not recorded while it says nothing, such as ``load.cases``, is None then.
         """
         sections, own = STAGES[stage].sections, plain(self.own)
         keys = [key.split(".")[:2] for key in self.changes if _section(key) in sections]
@@ -140,6 +141,7 @@ def open_job(
             _refuse_dead_end(argument, header.stage)
             given = header
         own, text = stored_case(header.case_resolved, argument), header.case_text
+        own = of_artifact(own, argument, header.stage)
         here = folder_of(argument)
     else:
         own, text = read_case(find_case(argument))
@@ -216,9 +218,16 @@ def make_job(
     changes = dict(changes or {})
     if given is None:
         own = known_by_content(own, argument, text, Files(folder, own.name, ""))
+    bare = own
+    if given is None:
+        own = with_mesh(own, argument, text)
     if "initial.file" in changes:
         changes = {"initial.sha256": None, **changes}
-    case = changed(own, changes, flags or {}) if changes else own
+    other_mesh = any(_section(key) == "domain" for key in changes)
+    case = changed(bare if other_mesh else own, changes, flags or {}) if changes else own
+    if other_mesh:
+        case = with_mesh(case, argument, "")
+        changes |= {f"domain.{key}": getattr(case.domain, key) for key in getattr(case.domain, "found", ())}
     if "initial.file" in changes:
         case = known_by_content(case, argument, "", Files(folder, case.name, ""))
         changes["initial.sha256"] = case.initial.sha256

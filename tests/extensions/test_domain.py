@@ -30,7 +30,7 @@ from stages.settings import ProblemSettings
 HALF = BoxSettings().build()
 WHOLE = BoxSettings(whole=True).build()
 CASE = """\
-domain: {shape: box, whole: WHOLE}
+domain: {shape: graded-box, whole: WHOLE}
 optimizer: {max_updates: 3}
 rig: {youngs_modulus: 1.0}
 """
@@ -38,7 +38,7 @@ rig: {youngs_modulus: 1.0}
 
 @pytest.fixture
 def box() -> Iterator[None]:
-    with DOMAINS.registered("box", BoxSettings):
+    with DOMAINS.registered("graded-box", BoxSettings):
         yield
 
 
@@ -75,7 +75,7 @@ def test_a_domain_of_another_program_goes_through_the_chain(whole: str, tmp_path
 
 @pytest.mark.usefixtures("box")
 def test_the_case_file_says_which_domain() -> None:
-    case = parse_case(b"domain: {shape: box, up: 4}", "c.yaml", "c")
+    case = parse_case(b"domain: {shape: graded-box, up: 4}", "c.yaml", "c")
     assert case.domain == BoxSettings(up=4)
     assert case.domain.cells == case.domain.build().mesh.nelements == 36
     assert parse_case(b"domain: {radius: 12.0}", "c.yaml", "c").domain.shape == "half-cylinder"
@@ -84,10 +84,10 @@ def test_the_case_file_says_which_domain() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("domain: {shape: boxx}", "domain.shape: 'boxx' is unknown; write one of 'half-cylinder', 'box'"),
-        ("domain: {shape: box, up: 0}", "domain.up: must be at least 1, not 0"),
-        ("domain: {shape: box, heigth: 3.0}", "domain.heigth: unknown key; write 'height' if that was meant"),
-        ("domain: {shape: box, rings: 3}", "domain.rings: unknown key"),
+        ("domain: {shape: boxx}", "domain.shape: 'boxx' is unknown; write one of 'half-cylinder', "),
+        ("domain: {shape: graded-box, up: 0}", "domain.up: must be at least 1, not 0"),
+        ("domain: {shape: graded-box, heigth: 3.0}", "domain.heigth: unknown key; write 'height' if that was meant"),
+        ("domain: {shape: graded-box, rings: 3}", "domain.rings: unknown key"),
         ("domain: {rings: 2.5}", "domain.rings: must be a whole number"),
         ("domain: 3.0", "domain: must be a section of keys (radius, length, core_cells, …), not 3"),
     ],
@@ -100,7 +100,9 @@ def test_mistakes_in_either_domain_are_told_and_refused_by_the_schema(text: str,
     assert list(Draft202012Validator(json.loads(case_schema())).iter_errors(yaml.safe_load(text)))
 
 
-@pytest.mark.parametrize("text", ["{}", "domain: {radius: 3.0}", "domain: {shape: box}", "domain: {shape: box, up: 1}"])
+@pytest.mark.parametrize(
+    "text", ["{}", "domain: {radius: 3.0}", "domain: {shape: graded-box}", "domain: {shape: graded-box, up: 1}"]
+)
 @pytest.mark.usefixtures("box")
 def test_the_schema_takes_either_domain(text: str) -> None:
     Draft202012Validator(json.loads(case_schema())).validate(yaml.safe_load(text))
@@ -108,7 +110,7 @@ def test_the_schema_takes_either_domain(text: str) -> None:
 
 def test_an_artifact_of_a_domain_that_is_not_registered_is_refused(folder: Path, poro: Poro) -> None:
     Path("box.yaml").write_text(CASE.replace("WHOLE", "false"))
-    with DOMAINS.registered("box", BoxSettings):
+    with DOMAINS.registered("graded-box", BoxSettings):
         assert poro("optimize", "box.yaml", "--updates", "0", "--output", ".").code == ExitCode.OK
     ended = poro("refine", "box.h5")
     assert ended.code == ExitCode.ARTIFACT

@@ -28,7 +28,7 @@ class Box(Domain):
         whole: whether both halves are modelled.
     """
 
-    shape: ClassVar[str] = "box"
+    shape: ClassVar[str] = "graded-box"
 
     length: float
     width: float
@@ -107,7 +107,7 @@ class BoxSettings(DomainSettings):
     lengths: ClassVar[tuple[str, ...]] = ("length", "width", "height")
     counts: ClassVar[tuple[str, ...]] = ("along", "across", "up")
 
-    shape: Literal["box"] = Field("box", description="which design domain")
+    shape: Literal["graded-box"] = Field("graded-box", description="which design domain")
     length: float = Field(15.0, gt=0, description="L, length [mm]")
     width: float = Field(24.0, gt=0, description="W, width [mm]")
     height: float = Field(20.0, gt=0, description="H, height [mm]")
