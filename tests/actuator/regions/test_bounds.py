@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from made_up_domain import BoxSettings
 from physics import Floats, half_cylinder, halvings, parameters, rates, remainders
 from small_case import INTERFACE_WIDTH
 
@@ -96,6 +97,15 @@ def test_a_region_counts_with_its_mirror_image() -> None:
     left, right = (regions(("void", Sphere(np.array([7.0, side * 9.0, 2.0]), 3.0))) for side in (-1.0, 1.0))
     points = places()
     np.testing.assert_allclose(left.bounds(points, 3.0).upper, right.bounds(points, 3.0).upper, rtol=1e-13)
+
+
+def test_of_a_whole_domain_a_region_counts_alone() -> None:
+    domain = BoxSettings(whole=True).build()
+    ball = Sphere(np.array([7.0, -6.0, 4.0]), 3.0)
+    points = np.array([[7.0, -6.0, 4.0], [7.0, 6.0, 4.0]])
+    _, upper = Regions(domain, [Region("void", ball)]).bounds(points, INTERFACE_WIDTH)
+    assert upper is not None
+    assert upper[0] < 0.0 < upper[1]
 
 
 def test_the_first_design_lies_within_the_bounds(reduced: ReducedObjective) -> None:
