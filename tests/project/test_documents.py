@@ -14,7 +14,10 @@ from synthetic import EXAMPLE
 from pipeline.cli.app import call
 
 #: Pages whose commands take long, even on the tiny case: they draw, or follow the response to pressure.
-SLOW = ("films", "measuring", "report", "simulation", "sweeps", "tutorial")
+SLOW = ("films", "measuring", "regions", "report", "simulation", "sweeps", "tutorial")
+
+#: Cases that a page shows in full, with the name of their file in the first line.
+NAMED = re.compile(r"^```yaml\n# (\S+\.yaml)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 
 #: Pages whose commands are run by tests of their own: test_readme.py, test_reference.py.
 ELSEWHERE_RUN = ("README.md", "artifacts.md")
@@ -49,6 +52,8 @@ def checkout(tmp_path: Path) -> Path:
     )
     assert study
     (tmp_path / "study.yaml").write_text(study[1])
+    for name, case in NAMED.findall((ROOT / "docs" / "use" / "regions.md").read_text(encoding="utf-8")):
+        (tmp_path / name).write_text(case, encoding="utf-8")
     return tmp_path
 
 

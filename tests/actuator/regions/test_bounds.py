@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from made_up_domain import BoxSettings
 from physics import Floats, half_cylinder, halvings, parameters, rates, remainders
 from small_case import INTERFACE_WIDTH
 
@@ -11,7 +12,7 @@ from actuator.arrays import Bools, Ints
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.failure import InvalidRegion
 from actuator.geometry.transfer import facets_of
-from actuator.regions.bounds import GAP, Kind, Region, Regions
+from actuator.regions.bounds import GAP, Bounds, Kind, Region, Regions
 from actuator.regions.shapes import Box, Cylinder, Shape, Skin, Sphere
 from actuator.solve.reduced import ReducedObjective
 
@@ -98,6 +99,15 @@ def test_a_region_counts_with_its_mirror_image() -> None:
     np.testing.assert_allclose(left.bounds(points, 3.0).upper, right.bounds(points, 3.0).upper, rtol=1e-13)
 
 
+def test_of_a_whole_domain_a_region_counts_alone() -> None:
+    domain = BoxSettings(whole=True).build()
+    ball = Sphere(np.array([7.0, -6.0, 4.0]), 3.0)
+    points = np.array([[7.0, -6.0, 4.0], [7.0, 6.0, 4.0]])
+    _, upper = Regions(domain, [Region("void", ball)]).bounds(points, INTERFACE_WIDTH)
+    assert upper is not None
+    assert upper[0] < 0.0 < upper[1]
+
+
 def test_the_first_design_lies_within_the_bounds(reduced: ReducedObjective) -> None:
     """At the vertices and so between them, in cells as wide as the hole; farther away it is that of the domain."""
     chi = DOMAIN.initial_design(DOMAIN.points, INTERFACE_WIDTH)
@@ -116,6 +126,21 @@ def test_the_first_design_lies_within_the_bounds(reduced: ReducedObjective) -> N
     assert np.abs(fitted - chi)[far].max() < 0.03
     for change in (regions(("free", HOLE)).fitted, regions(("free", HOLE)).clipped):
         assert change(chi, INTERFACE_WIDTH) is chi
+
+
+def test_bounds_for_the_part() -> None:
+    """At the level of its surface; the upper one counts where they cross, and what lies beyond goes no farther."""
+    low, high, chi = np.array([-1.0, 2.0, 0.0]), np.array([1.0, 3.0, -1.0]), np.array([4.0, 0.0, 0.0])
+    held = Bounds(low, high)
+    np.testing.assert_array_equal(held.kept(chi), [1.0, 2.0, -1.0])
+    np.testing.assert_array_equal(held.kept(chi, -0.5), [0.5, 1.5, -1.5])
+    np.testing.assert_array_equal(Bounds(low, None).also(Bounds(None, high)).kept(chi), held.kept(chi))
+    np.testing.assert_array_equal(held.also(Bounds(None, np.zeros(3))).kept(chi), [0.0, 0.0, -1.0])
+    for moved in (chi, chi + 1.0, chi - 1.0):
+        inside = held.around(chi).kept(moved)
+        assert (inside <= np.maximum(high, chi)).all()
+        assert (inside >= np.minimum(low, chi)).all()
+    assert Bounds(None, None).kept(chi) is chi
 
 
 @pytest.mark.parametrize(
