@@ -233,7 +233,7 @@ def simulate(
         observer: is called with every :class:`poro.LoadStep`.
     """
     return stages.simulate.run(
-        design,
+        design.under(case.simulate.load_case),
         case.optimize,
         case.simulate,
         compute=_compute(case, threads),

@@ -183,6 +183,7 @@ AXIS = Option(
 )
 INFLATE_TO = Option("--max-load", float, "inflate", "max_load", "Largest pressure over p_in.")
 MAX_LOAD = Option("--max-load", float, "simulate", "max_load", "Largest pressure over p_in.")
+LOAD_CASE = Option("--load-case", str, "simulate", "load_case", "Load case that is followed, by its name.")
 
 
 def youngs(meaning: str = "") -> Option:
@@ -256,7 +257,7 @@ for _row in (
         suffix=".simulation.h5",
         sections=("simulate",),
         after="optimize",
-        options=(MAX_LOAD, youngs("curves in the rig's units"), SCALE, THREADS),
+        options=(MAX_LOAD, LOAD_CASE, youngs("curves in the rig's units"), SCALE, THREADS),
         beside=(Beside("curves", ".simulation.csv"), Beside("curves-figure", ".simulation.png")),
     ),
     Stage(

@@ -16,6 +16,7 @@ from stages.datasets import (
     Dataset,
     GridPaths,
     Packed,
+    Source,
     corners,
     nodes,
     of_domain,
@@ -87,12 +88,26 @@ class Result(Design):
     reason: str
     others: Mapping[str, OtherState]
 
+    def under(self, load_case: str | None) -> Design:
+        """The design in its state under a load case; under the first one if None, or if it is none of the others."""
+        if load_case is None or load_case not in self.others:
+            return self
+        return Design(self.domain, self.chi, *self.others[load_case])
+
 
 class OtherState(NamedTuple):
     """The state of a design under another load case; units and shapes are those of :class:`Design`."""
 
     displacement: Floats
     pressure: Floats
+    arm: Floats
+
+    @classmethod
+    def read(cls, source: Source, name: str) -> OtherState:
+        """What :func:`pack` has stored of a load case after the first."""
+        nodal = source.read(f"nodes/displacement-{name}", f"nodes/pressure-{name}", f"arm-{name}", "vertices/chi")
+        displacement, pressure, arm, chi = nodal
+        return cls(displacement, pressure[: len(chi)], arm)  # vertices are the first of the nodes
 
 
 def pack(result: Result, kept: Kept | None = None) -> Packed:
@@ -125,7 +140,7 @@ def pack(result: Result, kept: Kept | None = None) -> Packed:
         },
     }
     names = ("chi", "density", "pressure", "displacement")
-    others = tuple(f"{field}-{name}" for name in result.others for field in OtherState._fields)
+    others = tuple(f"{field}-{name}" for name in result.others for field in ("displacement", "pressure"))
     fields = {name: f"/nodes/{name}" for name in (*names, *others)}
     grid = GridPaths("/nodes/points", "/nodes/connectivity", QUADRATIC_HEXAHEDRON, fields)
     if not kept:
@@ -153,6 +168,7 @@ def _others(result: Result) -> dict[str, Dataset]:
         pressure = on_nodes(result.domain, state.pressure)
         found[f"nodes/displacement-{name}"] = Dataset(state.displacement, "mm", f"displacement u, load case {name}")
         found[f"nodes/pressure-{name}"] = Dataset(pressure, "N/mm^2", f"pressure p, load case {name}")
+        found[f"arm-{name}"] = Dataset(state.arm, "mm, mm, rad", f"rigid motion T1, T3, theta2, load case {name}")
     return found
 
 

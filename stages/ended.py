@@ -96,7 +96,9 @@ def told(
         converged=converged,
         reason=reason,
         others={
-            case.name: OtherState(units.length * own.displacement(x), units.stress * p)
+            case.name: OtherState(
+                units.length * own.displacement(x), units.stress * p, x[ARM] * (units.length, units.length, 1.0)
+            )
             for case, own, x, p in list(zip(state.cases, state.kinematics, state.x, state.p, strict=True))[1:]
         },
     )

@@ -7,7 +7,7 @@ points are passed and reported.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from actuator.failure import InvalidSettings
 from stages.chambers import posed
 from stages.curves import Result, lines, pack, shortfall
 from stages.datasets import Source, design
-from stages.design import Design
+from stages.design import Design, OtherState
 from stages.events import Compiled, LoadStep, Message, Observer, silent
 from stages.optimize import needed
 from stages.response import COLUMNS, Response, Snapshot, summarised
@@ -51,6 +51,11 @@ class Settings(Section):
         ("fields", "sharpness", "mesh"), "remove it; `poro inflate` computes the part as it is printed"
     )
 
+    load_case: str | None = Field(
+        None,
+        exclude_if=lambda name: name is None,  # simulations of a single load keep their keys
+        description="load case that is followed, by its name; the first one if left out",
+    )
     max_load: float = Field(1.5, gt=0, le=100, description="largest pressure over p_in [-]")
     first_step: float = Field(0.1, gt=0, le=1, description="first step of the load factor [-]")
     least_step: float = Field(1.0e-4, gt=0, description="arc length below which a path is given up [-]")
@@ -74,8 +79,8 @@ def run(
     """Follow the response of a design.
 
     Args:
-        design: the optimised design.
-        problem: domain, material, load and objective of its case; of several load cases the first is followed.
+        design: the optimised design, in its state under the load case that is followed.
+        problem: domain, material, load and objective of its case.
         settings: of the simulation.
         compute: threads and linear solver.
         observer: receives a :class:`~stages.events.LoadStep` per point.
@@ -84,13 +89,13 @@ def run(
         What has been found, also after an interruption (KeyboardInterrupt) or where a path could not be followed.
 
     Raises:
-        actuator.failure.InvalidSettings: if the case has no pressure.
+        actuator.failure.InvalidSettings: if the case has no pressure, or no load case of the name.
         actuator.failure.SolveFailure: if not even the state at rest can be linearised.
     """
     from actuator.compilation import compile_kernels
     from actuator.threads import use_threads
 
-    problem = problem.leading
+    problem = _followed(problem, settings.load_case)
     if problem.parameters()[1].pressure == 0.0:
         raise InvalidSettings("The case has no pressure to raise: set load.pressure_ratio above zero.")
     compute = compute or Compute()
@@ -108,6 +113,19 @@ def run(
         observer(Message("Interrupted; what has been found is kept."))
     pressure = problem.parameters()[1].pressure
     return Result(response, summarised(response, pressure) | {"finished": finished}, finished)
+
+
+def _followed(problem: ProblemSettings, load_case: str | None) -> ProblemSettings:
+    """The problem under the load case that is followed alone."""
+    if load_case is None:
+        return problem.leading
+    cases = {case.name: case for case in problem.load.cases}
+    if load_case not in cases:
+        there = f"there are {', '.join(cases)}" if cases else "the case has a single load"
+        raise InvalidSettings(
+            f"simulate.load_case: there is no load case '{load_case}'; {there}: write one of these, or leave it out."
+        )
+    return problem.under(cases[load_case])
 
 
 def _equilibrium(problem: ProblemSettings, settings: Settings, compute: Compute) -> Equilibrium:
@@ -201,9 +219,18 @@ def needs(case: Any) -> Need:
 def start(task: Task) -> Result:
     """Simulate the optimised design of a case."""
     case = task.case
-    return run(optimised(task.upstream), case.optimize, case.simulate, compute=task.compute, observer=task.observer)
+    reached = optimised(task.upstream, case.simulate.load_case, [each.name for each in case.load.cases[1:]])
+    return run(reached, case.optimize, case.simulate, compute=task.compute, observer=task.observer)
 
 
-def optimised(source: Source) -> Design:
-    """What the simulation starts from and compares with, from the artifact of the optimisation."""
+def optimised(source: Source, load_case: str | None = None, others: Sequence[str] = ()) -> Design:
+    """What the simulation starts from and compares with, from the artifact of the optimisation.
+
+    Args:
+        source: the artifact.
+        load_case: that is followed.
+        others: load cases after the first.
+    """
+    if load_case in others:
+        return Design(*design(source), *OtherState.read(source, str(load_case)))
     return Design(*design(source), *source.read("nodes/displacement", "vertices/pressure", "arm"))

@@ -90,10 +90,11 @@ def _density(
         *plane, expit(chi), cmap=DENSITY.colours, vmin=0.0, vmax=1.0, shading="gouraud", rasterized=True
     )
     axes.contour(*plane, np.where(inside, chi, np.nan), levels=[0.0], colors=EDGE, linewidths=1.4)
-    strength = domain.inlet(places)
-    axes.contourf(*plane, strength, levels=[0.5, 2.0], colors=SOURCE, alpha=0.25)
-    fed = strength >= 0.5
-    axes.text(plane[0][fed].mean(), plane[1][fed].mean(), "source", color=SOURCE, ha="center", va="center")
+    for strength in domain.profiles(places):
+        fed = strength >= 0.5
+        if fed.any():  # not every chamber lies in the plane X2 = 0
+            axes.contourf(*plane, strength, levels=[0.5, 2.0], colors=SOURCE, alpha=0.25)
+            axes.text(plane[0][fed].mean(), plane[1][fed].mean(), "source", color=SOURCE, ha="center", va="center")
     return image
 
 

@@ -22,6 +22,7 @@ from pipeline.store.artifact import CHECKPOINT
 from pipeline.store.files import Files, folder_of
 from stages.chain import STAGES, path_to
 from stages.datasets import vtk_order
+from stages.design import OtherState
 
 if TYPE_CHECKING:
     from actuator.geometry.zero_set import Surface
@@ -176,7 +177,7 @@ def read_design(path: Path) -> OptimisedDesign:
         checkpoint=artifact.read_group(path, "optimize", "checkpoint"),
         converged=summary["converged"],
         reason=summary["reason"],
-        others={},
+        others={each.name: OtherState.read(stored, each.name) for each in case.load.cases[1:]},
         case=case,
         source=path,
         identity=header.identity,

@@ -73,10 +73,11 @@ class Job:
         """What the case itself says of the keys on which a stage depends and which the command line changed.
 
         Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``.
+        A key that is not recorded while it says nothing, such as ``load.cases``, is None then.
         """
         sections, own = STAGES[stage].sections, plain(self.own)
         keys = [key.split(".")[:2] for key in self.changes if _section(key) in sections]
-        return {f"{section}.{key}": own[section][key] for section, key in keys}
+        return {f"{section}.{key}": own[section].get(key) for section, key in keys}
 
     def as_made(self, header: Header) -> dict[str, Any]:
         """The resolved case with what the command line said when an artifact was made.
@@ -87,7 +88,9 @@ class Job:
         for name, own in header.replaced.items():
             section, _, key = name.partition(".")
             if resolved.get(section, {}).get(key) == own:
-                resolved[section][key] = header.case_resolved[section][key]
+                made = header.case_resolved[section]
+                resolved[section] = {k: value for k, value in resolved[section].items() if k != key}
+                resolved[section] |= {key: made[key]} if key in made else {}
         return resolved
 
 

@@ -174,7 +174,7 @@ def _made_with(header: Header | None) -> tuple[str, ...]:
     """What the command line said that made an artifact, where the case said something else."""
     if header is None:
         return ()
-    said = {name: header.case_resolved[_parts(name)[0]][_parts(name)[1]] for name in header.replaced}
+    said = {name: header.case_resolved[_parts(name)[0]].get(_parts(name)[1]) for name in header.replaced}
     own = dict(leaves(header.replaced))
     return tuple(f"{name} {value}" for name, value in leaves(said) if name not in own or own[name] != value)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from pipeline.exit_codes import ExitCode, Fault
 from pipeline.results.design import read_design
 from pipeline.results.paper import reference_of
 from pipeline.runs.keys import plain
-from pipeline.store import artifact
+from pipeline.store import artifact, contents
 from stages.inflate import refuse_unlike
 from stages.optimize import needs
 
@@ -169,3 +170,36 @@ def test_a_part_is_not_inflated_without_its_force() -> None:
     case = parse_case(b"load: {force_ratio: [0.0, 0.0, -1.0e-4]}", "x.yaml", "x")
     with pytest.raises(InvalidSettings, match=r"load\.force_ratio is not inflated"):
         refuse_unlike(case.optimize)
+
+
+def test_any_load_case_is_followed_from_zero_pressure(tmp_path: Path, poro: Poro) -> None:
+    Path("two.yaml").write_text(CASE + "simulate: {max_load: 1.0, states: [1.0]}\n")
+    assert poro("optimize", "two.yaml", "--threads", "1", "--output", ".").code == ExitCode.OK
+    cases = contents.summary(Path("two/two.h5"), "optimize")["load_cases"]
+    for options, name in (((), "free"), (("--load-case", "stiff"), "stiff")):
+        ended = poro("simulate", "two.yaml", *options, "--threads", "1", "--output", ".", "--json")
+        assert ended.code == ExitCode.OK, ended.err
+        found = json.loads(ended.out)["simulate"]
+        assert found["reached"]
+        assert found["at_target"]["theta2"] == pytest.approx(cases[name]["theta2"], rel=1e-6)
+    ended = poro("simulate", "two.yaml", "--load-case", "stif", "--threads", "1", "--output", ".")
+    assert ended.code == ExitCode.USAGE
+    assert "there is no load case 'stif'; there are free, stiff" in ended.err
+
+
+def test_load_cases_are_set_on_the_command_line(tmp_path: Path, poro: Poro) -> None:
+    """A key that is not recorded while it is empty may be there on either side of a change."""
+    Path("one.yaml").write_text(CASE[: CASE.index("  cases:")] + "optimizer: {max_updates: 0}\n")
+    Path("two.yaml").write_text(CASE.replace("max_updates: 2", "max_updates: 0"))
+    for name, other in (("one", "load.cases=[{name: a}, {name: b}]"), ("two", "load.cases=[]")):
+        ended = poro("optimize", f"{name}.yaml", "--set", other, "--threads", "1", "--output", ".")
+        assert ended.code == ExitCode.OK, ended.err
+        assert ("load_cases" in contents.summary(Path(f"{name}/{name}.h5"), "optimize")) == (name == "one")
+        assert poro("status", f"{name}.yaml", "--output", ".").code == ExitCode.OK
+        assert "up to date" in poro("optimize", f"{name}.yaml", "--set", other, "--threads", "1", "--output", ".").err
+
+
+def test_cases_of_the_page_are_cases() -> None:
+    page = (Path(__file__).parents[3] / "docs/use/loads.md").read_text()
+    found = re.findall(r"^```yaml\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+    assert [len(parse_case(text.encode(), "page", "page").load_cases()) for text in found] == [3, 2]
