@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from actuator.shaping.flow import Flow
     from stages.rig import RigUnits
 
-VERSION = 1
+VERSION = 2
 
 #: Units of the columns of the history, in the order of a table: C_0, travel at p_in, Ψ / Ψ_lim below which all but the
 #: share of the volume stays that may be above, the largest one away from the clamps, the share above with the clamps,

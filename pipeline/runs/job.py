@@ -73,8 +73,8 @@ class Job:
     def replaced(self, stage: str) -> dict[str, Any]:
         """What the case itself says of the keys on which a stage depends and which the command line changed.
 
-        Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``. A key
-        that is not recorded while it says nothing, such as ``load.cases``, is None then.
+        Of what is nested deeper, such as ``material.law.c1``, it is all of the section's key, ``material.law``.
+        A key that is not recorded while it says nothing, such as ``load.cases``, is None then.
         """
         sections, own = STAGES[stage].sections, plain(self.own)
         keys = [key.split(".")[:2] for key in self.changes if _section(key) in sections]
