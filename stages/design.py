@@ -98,12 +98,6 @@ class Result(Design):
             return self
         return Design(self.domain, self.chi, *self.others[load_case])
 
-    def under(self, load_case: str | None) -> Design:
-        """The design in its state under a load case; under the first one if None, or if it is none of the others."""
-        if load_case is None or load_case not in self.others:
-            return self
-        return Design(self.domain, self.chi, *self.others[load_case])
-
 
 class OtherState(NamedTuple):
     """The state of a design under another load case; units and shapes are those of :class:`Design`."""

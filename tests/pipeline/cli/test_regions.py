@@ -131,7 +131,7 @@ def test_a_body_from_a_file_is_known_by_what_it_holds_and_goes_with_the_design(p
         (
             "{kind: void, shape: sphere, centre: [7.0, 9.0], radius: 2.0}",
             4,
-            "regions.0.centre: has 2 entries; write at",
+            "regions.0.centre: must have at least 3 entries, not 2",
         ),
         ("{kind: void, shape: sphere, centre: [7 kPa, 9.0, 0.0], radius: 2.0}", 4, "'7 kPa' is a pressure"),
         ("{kind: void, shape: sphere, centre: [7.0, 9.0, 0.0], size: 2.0}", 4, "regions.0.size: unknown key"),
