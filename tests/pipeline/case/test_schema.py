@@ -40,7 +40,7 @@ def test_schema_is_one_and_says_so() -> None:
     Draft202012Validator.check_schema(SCHEMA)
     assert SCHEMA["$schema"] == Draft202012Validator.META_SCHEMA["$schema"]
     assert re.match(r"^[a-z]+:", SCHEMA["$id"])
-    assert set(SECTIONS) | {"name"} == set(case_type().model_fields)
+    assert set(SECTIONS) | {"name", "regions"} == set(case_type().model_fields)
 
 
 def test_every_key_has_what_editors_show() -> None:
