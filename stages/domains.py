@@ -232,7 +232,7 @@ class MeshSettings(DomainSettings):
     """
 
     lengths: ClassVar[tuple[str, ...]] = ("length", "height")
-    counts: ClassVar[tuple[str, ...]] = ("file",)
+    counts: ClassVar[tuple[str, ...]] = ()
     #: Keys that :meth:`holding` fills.
     found: ClassVar[tuple[str, ...]] = ("length", "height", "hexahedra", "whole", "sha256")
 

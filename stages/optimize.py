@@ -281,6 +281,8 @@ def _result(
 
 def coarser(domain: DomainSettings) -> str:
     """What to change for a mesh of fewer cells."""
+    if not domain.counts:
+        return "give a coarser mesh"
     *most, last = (f"domain.{key}" for key in domain.counts)
     return f"lower {' or '.join([', '.join(most), last] if most else [last])}"
 

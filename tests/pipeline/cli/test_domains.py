@@ -53,6 +53,10 @@ def test_a_domain_goes_through_the_chain(
     drawn = poro("plot", "a.yaml", "--output", ".", *([] if "prism" in domain else ["--only", "initial"]))
     assert drawn.code == ExitCode.OK, drawn.err
     assert "not drawn" not in drawn.out
+    if "box" in domain:
+        reported = poro("report", "a.yaml", "--output", ".")
+        assert reported.code == ExitCode.OK, reported.err
+        assert "R = 10 mm" in Path("a/a.report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

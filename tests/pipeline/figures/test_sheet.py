@@ -149,8 +149,10 @@ def test_halves_are_completed_without_a_seam() -> None:
 
 @pytest.mark.parametrize("halved", [True, False])
 def test_another_domain_is_drawn_half_or_whole(halved: bool) -> None:
-    with DOMAINS.registered("box", BoxSettings):
-        design = _at_rest(parse_case(f"domain: {{shape: box, whole: {not halved}}}".lower().encode(), "c", "box"))
+    with DOMAINS.registered("graded-box", BoxSettings):
+        design = _at_rest(
+            parse_case(f"domain: {{shape: graded-box, whole: {not halved}}}".lower().encode(), "c", "box")
+        )
         for name in ("initial", "views", "section", "arm"):
             figure = FIGURES[name].draw(design)
             assert overlap(figure) == []
