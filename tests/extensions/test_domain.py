@@ -45,7 +45,7 @@ def box() -> Iterator[None]:
 # ------------------------------------------------------------------------------------------------- the chain
 
 
-@pytest.mark.parametrize("whole", ["false", "true"])
+@pytest.mark.parametrize("whole", [pytest.param("false", marks=pytest.mark.slow), "true"])
 @pytest.mark.usefixtures("box")
 def test_a_domain_of_another_program_goes_through_the_chain(whole: str, tmp_path: Path, poro: Poro) -> None:
     Path("box.yaml").write_text(CASE.replace("WHOLE", whole))

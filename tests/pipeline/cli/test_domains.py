@@ -24,8 +24,8 @@ REST = "optimizer: {max_updates: 1}\nrig: {youngs_modulus: 1.0}\nrefine: {factor
 @pytest.mark.parametrize(
     ("domain", "size", "sheet"),
     [
-        (CYLINDER, (15.0, 30.0, 30.0), "| radius R | 15 mm |"),
-        (BOX, (20.0, 16.0, 20.0), "| edge r_e | 2 mm |"),
+        pytest.param(CYLINDER, (15.0, 30.0, 30.0), "| radius R | 15 mm |", marks=pytest.mark.slow),
+        pytest.param(BOX, (20.0, 16.0, 20.0), "| edge r_e | 2 mm |", marks=pytest.mark.slow),
         (PRISM, (16.0, 28.0, 17.0), "| length L | 16 mm |"),
     ],
     ids=["cylinder", "box", "prism"],
