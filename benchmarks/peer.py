@@ -87,7 +87,7 @@ def compare(ours: Solution, theirs: Solution, case: Equilibrium, state: State) -
     kinematics = case.kinematics
     spring = kinematics.spring_force(state.x)
     left = kinematics.force(state.x, theirs.nodal)[-3:] + spring
-    size = np.einsum("tij,ti->j", np.abs(kinematics.tip_directions(state.x[-1])), np.abs(theirs.nodal[kinematics.tip]))
+    size = np.einsum("tij,ti->j", np.abs(kinematics.tip_directions(state.x)), np.abs(theirs.nodal[kinematics.tip]))
     return {
         "largest difference of u": float(np.abs(apart).max() / np.abs(ours.displacement).max()),
         "L2 difference of u": float(np.linalg.norm(apart) / np.linalg.norm(ours.displacement)),

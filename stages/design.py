@@ -89,7 +89,7 @@ class Result(Design):
     checkpoint: dict[str, Floats]
     converged: bool
     reason: str
-    others: Mapping[str, OtherState]
+    others: Mapping[str, OtherState] = field(default_factory=dict, kw_only=True)
     bodies: Bodies = field(default_factory=dict, kw_only=True)
 
     def under(self, load_case: str | None) -> Design:

@@ -25,8 +25,8 @@ ELSEWHERE_RUN = ("README.md", "artifacts.md")
 #: What is not for a test to run.
 ELSEWHERE = re.compile(r"(^|/|&& )(pip|make|npm|npx|apt|paraview|snakemake)\b|python -m benchmarks\.")
 
-#: The response to pressure in as few steps as will do.
-SHORT = TINY + COARSE + "simulate: {max_load: 1.0, states: [1.0]}\n"
+#: The response to pressure, and what moves the surface, in as few steps as will do.
+SHORT = TINY + COARSE + "simulate: {max_load: 1.0, states: [1.0]}\nfinish: {steps: 1, size: 4.0}\n"
 
 WITH_COMMANDS = [
     pytest.param(page, id=page.stem, marks=pytest.mark.slow if page.stem in SLOW else ())

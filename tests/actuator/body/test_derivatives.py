@@ -11,7 +11,8 @@ from physics import STRETCH
 
 from actuator.arrays import Floats
 from actuator.body import chamber
-from actuator.body.arm import COORDINATES, OF_HALF, Arm
+from actuator.body.arm import Arm
+from actuator.equations.arm import COORDINATES, OF_HALF
 
 ARM = Arm(length=10.0, reach=60.0, stiffness=0.3, opening=40.0, names=OF_HALF)
 WHOLE_ARM = Arm(length=10.0, reach=60.0, stiffness=0.3, opening=40.0, names=COORDINATES)

@@ -7,10 +7,10 @@ import pytest
 from bodies import PRECISE, inflation
 from shapes import rod
 
-from actuator.body.arm import COORDINATES
 from actuator.body.mesh import BodyMesh, signed_volumes
 from actuator.body.meshing import mesh_of
 from actuator.body.plates import glued
+from actuator.equations.arm import COORDINATES
 from actuator.geometry.solid import surface_of
 from actuator.solve.path import begin, follow
 

@@ -99,4 +99,5 @@ def test_walls_and_gaps() -> None:
     np.testing.assert_allclose(found.gap, 12.0, atol=0.1)
     held = found.held(np.array([1.0, -1.0]), 5.0, 0.0, 0.5)
     np.testing.assert_allclose(held, [0.0, -1.0])
-    np.testing.assert_allclose(found.lack(5.0), [1.0, 0.0], atol=0.1)
+    np.testing.assert_allclose(found.lack(5.0, 1.0, 1.0), [1.0, 0.0], atol=0.1)
+    np.testing.assert_allclose(found.lack(5.0, 11.5, 1.0), [0.5, 0.0], atol=0.1)  # half of it in a narrow gap
