@@ -49,7 +49,7 @@ def test_the_chamber_grows_by_the_determinant_of_a_uniform_deformation() -> None
 
 def test_the_chamber_at_rest_is_the_opening_times_the_length() -> None:
     for mesh in MESHES.values():
-        arm = Arm(mesh.length, 60.0, 0.3, mesh.opening, OF_HALF)
+        arm = Arm(mesh.length, 60.0, 0.3, OF_HALF, mesh.opening)
         volume = chamber.volume(mesh.nodes, mesh.walls) + arm.chamber(np.zeros(3))[0]
         assert volume == pytest.approx(mesh.opening * mesh.length, rel=1e-12)
     assert 2.0 * MESHES["half"].opening == pytest.approx(MESHES["whole"].opening, rel=1e-12)
