@@ -56,7 +56,7 @@ class Settings(Section):
     method: Literal["strain"] | None = Field(
         None, description="moves the surface until the inflated part keeps objective.strain_limit; nothing if none"
     )
-    steps: int = Field(40, ge=0, description="most motions of the surface [-]")
+    steps: int = Field(80, ge=0, description="most motions of the surface [-]")
     size: float = Field(2.0, gt=0, description="largest edge of the tetrahedra, in lengths of the domain [mm]")
     share: float = Field(5e-4, gt=0, lt=1, description="share of the volume that may be above the limit [-]")
     clamp: float = Field(
