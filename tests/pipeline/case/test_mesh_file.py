@@ -44,6 +44,7 @@ def test_a_mesh_that_equals_the_half_cylinder_gives_its_result(ending: str, tmp_
     assert np.abs(ours - theirs).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_the_chain_needs_no_file_once_the_design_is_there(tmp_path: Path, poro: Poro) -> None:
     write(tmp_path / "box.inp", BOX)
     Path("own.yaml").write_text(f"domain: {{shape: mesh, file: box.inp}}\n{REST}rig: {{youngs_modulus: 1.0}}\n")
