@@ -21,7 +21,7 @@ def posed(problem: ProblemSettings) -> Domain:
 def _chambered(problem: ProblemSettings) -> Chambered:
     from actuator.domains.chambers import Chambered, Channel  # scikit-fem: only where a mesh is wanted
 
-    channels = [Channel(each.name, (each.center[0], each.center[1]), each.radius) for each in problem.load.chambers]
+    channels = [Channel(each.name, (each.centre[0], each.centre[1]), each.radius) for each in problem.load.chambers]
     return Chambered(problem.domain.build(), channels)
 
 

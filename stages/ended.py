@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stages.design import OtherState, Result
+from stages.design import OtherState, Result, unit_of_column
 from stages.load import arm_end
 from stages.settings import ProblemSettings
 from stages.similarity import Units, similar
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from actuator.equations.kinematics import Kinematics
     from actuator.load_case import LoadCase
     from actuator.optimiser.loop import Outcome, Record
-
-#: Coordinates of the arm that are lengths.
-LENGTHS = ("T1", "T2", "T3")
 
 #: What is said of a design whose optimisation has not ended.
 UNFINISHED = "The optimisation has not ended: this is the state after design update {}."
@@ -125,7 +122,7 @@ def _by_case(last: Record, state: Reached, domain: Domain, units: Units) -> dict
 
 def recorded(record: Record, units: Units) -> Record:
     """A record of the history with its lengths in mm."""
-    lengths = {name: value for name, value in record.items() if name.partition(".")[0] in LENGTHS}
+    lengths = {name: value for name, value in record.items() if unit_of_column(name) == "mm"}
     return record | {name: units.length * value for name, value in lengths.items()}
 
 

@@ -84,6 +84,7 @@ class Result:
         chi: χ at its vertices, (n_vertices,), dimensionless.
         history: one record per part, the first being the one that was there; column name -> (n_records,).
         chosen: which of the parts this is.
+        kept: whether it keeps its strain limit and its walls.
         finished: false if the user interrupted.
         bounds: what keeps regions of the case in the part, at the vertices; None without regions.
     """
@@ -92,6 +93,7 @@ class Result:
     chi: Floats
     history: dict[str, Floats]
     chosen: int
+    kept: bool = True
     finished: bool = True
     bounds: Bounds | None = None
 
@@ -125,6 +127,7 @@ def run(
     """
     if settings.method is None:
         return Result(domain, chi, {}, 0, bounds=bounds)
+    problem = problem.leading
     refuse_unlike(problem)
     from actuator.threads import use_threads
 
@@ -154,12 +157,18 @@ def run(
         finished = False
         observer(Message("Interrupted; the best part so far is kept."))
     history = {name: np.array([record[name] for record in records]) for name in HISTORY}
-    return Result(domain, best, history, chosen, finished, bounds)
+    kept = _excess(records[chosen], settings.wall or records[0]["wall"]) <= 1.0
+    return Result(domain, best, history, chosen, kept, finished, bounds)
+
+
+def _excess(record: Mapping[str, float], least_wall: float) -> float:
+    """By which factor a part is beyond its strain limit or its walls; at most 1 if it keeps both."""
+    return max(record["energy_ratio"], least_wall / record["wall"])
 
 
 def _better(record: Mapping[str, float], best: Mapping[str, float], least_wall: float) -> bool:
     """Whether a part is better: it keeps strain limit and walls and travels farther, or is nearer to keeping them."""
-    excess, of_best = (max(each["energy_ratio"], least_wall / each["wall"]) for each in (record, best))
+    excess, of_best = _excess(record, least_wall), _excess(best, least_wall)
     if excess <= 1.0 and of_best <= 1.0:
         return record["C0"] < best["C0"]
     return excess < of_best
@@ -200,7 +209,7 @@ def start(task: Task) -> Result:
     case = task.case
     return run(
         *design(task.upstream),
-        case.optimize.leading,
+        case.optimize,
         case.finish,
         case.mirror.threshold,
         task.compute,
@@ -226,7 +235,7 @@ def pack(result: Result) -> Packed:
             "chosen": result.chosen,
             "steps": len(result.history["step"]) - 1,
             "seconds": float(result.history["seconds"].sum()),
-            "kept": rows[1]["energy_ratio"] <= 1.0,
+            "kept": result.kept,
             "finished": result.finished,
         }
     return replace(packed, summary=summary, datasets={**packed.datasets, **history})
@@ -237,7 +246,7 @@ def verdict(found: Mapping[str, Any], rig: RigUnits) -> list[tuple[str, str]]:
     if found["method"] is None:
         return []
     before, after = found["before"], found["after"]
-    kept = "keeps its strain limit" if found["kept"] else "does not keep its strain limit yet"
+    kept = "keeps strain limit and walls" if found["kept"] else "does not keep strain limit and walls yet"
     travels = " → ".join(f"{rig.millimetres(row['travel']):.3f}" for row in (before, after))
     return [
         ("finish", f"the inflated part {kept}; travel {travels} mm"),
@@ -264,6 +273,6 @@ def shortfall(found: Mapping[str, Any], path: str) -> str:
     if not found["finished"]:
         return f"{path}: the finish was interrupted; run it again."
     return (
-        f"{path}: after {found['steps']} steps the part does not keep its strain limit: raise finish.steps, or begin "
-        "with a design of a lower objective.strain_limit."
+        f"{path}: after {found['steps']} steps the part does not keep strain limit and walls: raise finish.steps, or "
+        "begin with a design of a lower objective.strain_limit."
     )

@@ -150,6 +150,7 @@ class ForceSettings(GoalSettings):
         """The spring's force over p_in R²."""
         from actuator.terms.goals.force import Force
 
+        # Without pressure it is the force itself, in N.
         return Force(self.target, load.pressure * size**2 or 1.0)
 
 

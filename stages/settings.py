@@ -68,13 +68,13 @@ class ChamberSettings(Section):
     """One of several chambers: a channel along X1 that is kept void and brings in air of a pressure of its own."""
 
     name: Name = Field(description="of the chamber")
-    center: list[float] = Field(min_length=2, max_length=2, description="X2 and X3 of the channel's axis [mm]")
+    centre: list[float] = Field(min_length=2, max_length=2, description="X2 and X3 of the channel's axis [mm]")
     radius: float = Field(gt=0, description="of the channel; the air comes in within half of it [mm]")
     pressure_ratio: float | None = Field(None, ge=0, description="p / E; left out, that of load [-]")
 
     def overlaps(self, other: ChamberSettings) -> bool:
         """Whether two channels have a place in common."""
-        return math.dist(self.center, other.center) <= self.radius + other.radius
+        return math.dist(self.centre, other.centre) <= self.radius + other.radius
 
 
 class LoadCaseSettings(Section):

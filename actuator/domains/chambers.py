@@ -16,15 +16,14 @@ import scipy.sparse as sp
 from skfem import MeshHex
 
 from actuator.arrays import Floats, Ints
+from actuator.domains import channel as channel_laws
 from actuator.domains.interface import ROUNDING, Boundary, Domain, Parameter
+from actuator.domains.outline import from_pieces
 from actuator.domains.smooth_minimum import smooth_minimum
 from actuator.domains.tetrahedra import Tetrahedra
 
-#: Shares of a channel's radius, in the proportions of the paper's, void within 0.3 R: the source falls from 1 to 0
-#: between 0.15 R and 0.25 R, and the initial chamber reaches 0.15 R farther than the channel.
-FULL, NONE, CLEARANCE = 0.5, 5.0 / 6.0, 0.5
-#: Share of R between the initial design and the outside, Eq. (22).
-SKIN = 0.05
+#: How far the initial chamber reaches beyond its channel, in radii of that: the paper's from 0.3 R to 0.45 R.
+CLEARANCE = (channel_laws.INNER - channel_laws.FREE) / channel_laws.FREE
 #: Share of the room between two channels that each of their initial chambers takes at most: half stays wall.
 TAKEN = 0.25
 
@@ -35,21 +34,26 @@ class Channel:
 
     Attributes:
         name: of the chamber.
-        center: X2 and X3 of its axis, mm.
+        centre: X2 and X3 of its axis, mm.
         radius: mm.
     """
 
     name: str
-    center: tuple[float, float]
+    centre: tuple[float, float]
     radius: float
+
+    @property
+    def reach(self) -> float:
+        """The R of Eqs. (18), (21) and (22), of which the channel is the part that stays void, mm."""
+        return self.radius / channel_laws.FREE
 
     def radii(self, points: Floats) -> Floats:
         """Distance from its axis, (...), mm."""
-        return np.asarray(np.hypot(points[..., 1] - self.center[0], points[..., 2] - self.center[1]))
+        return np.asarray(np.hypot(points[..., 1] - self.centre[0], points[..., 2] - self.centre[1]))
 
     def room(self, other: Channel) -> float:
         """Distance of two channels, mm; negative if they overlap."""
-        return float(np.hypot(*np.subtract(self.center, other.center))) - self.radius - other.radius
+        return float(np.hypot(*np.subtract(self.centre, other.centre))) - self.radius - other.radius
 
 
 class Chambered(Domain):
@@ -141,22 +145,15 @@ class Chambered(Domain):
 
     def depth(self, points: Floats) -> Floats:
         """Distance from the outside, (...), mm: from the sides of the section at X1 = 0, but for a symmetry plane."""
-        places = points[..., 1:]
-        nearest = np.full(places.shape[:-1], np.inf)
-        for start, end in self._sides:
-            along = end - start
-            share = np.clip((places - start) @ along / (along @ along), 0.0, 1.0)
-            nearest = np.minimum(nearest, np.linalg.norm(places - start - share[..., None] * along, axis=-1))
-        return nearest
+        return from_pieces(((start, end) for start, end in self._sides), points[..., 1:])
 
     def room(self, channel: Channel) -> float:
         """Distance of a channel from the outside, mm."""
-        return float(self.depth(np.array([0.0, *channel.center]))) - channel.radius
+        return float(self.depth(np.array([0.0, *channel.centre]))) - channel.radius
 
     def profiles(self, points: Floats) -> Floats:
         """Profile of the source of each channel, Eq. (18), (n_channels, ...)."""
-        ramps = [(channel.radii(points) / channel.radius - FULL) / (NONE - FULL) for channel in self.channels]
-        return 1.0 - np.sin(0.5 * np.pi * np.clip(np.stack(ramps), 0.0, 1.0)) ** 2
+        return np.stack([channel_laws.inlet(channel.radii(points), channel.reach) for channel in self.channels])
 
     def inlet(self, points: Floats) -> Floats:
         """Profile of all sources, which do not overlap; (...)."""
@@ -164,19 +161,19 @@ class Chambered(Domain):
 
     def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
         """The bound on χ in C_χ as in Eq. (21), around every channel; (...)."""
-        width = interface_width / length_unit
-        bounds = [self.depth(points) / length_unit]
-        for channel in self.channels:
-            radii = channel.radii(points) / length_unit
-            bounds.append(-smooth_minimum(radii, -radii, width) - channel.radius / length_unit)
-        return np.asarray(8.0 / width * np.minimum.reduce(bounds))
+        width, depth = interface_width / length_unit, self.depth(points) / length_unit
+        bounds = [
+            channel_laws.passive_bound(channel.radii(points) / length_unit, depth, channel.reach / length_unit, width)
+            for channel in self.channels
+        ]
+        return np.asarray(np.minimum.reduce(bounds))
 
     def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
         """χ at t = 0 as in Eq. (22): solid but for a chamber around every channel, with walls between them; (...)."""
         width, depth = interface_width / length_unit, self.depth(points) / length_unit
         free = [(channel.radii(points) - channel.radius) / length_unit for channel in self.channels]
         solid = [own - self._clearance(channel) / length_unit for own, channel in zip(free, self.channels, strict=True)]
-        wall = _least([depth - SKIN * self.size / length_unit, *solid], width)
+        wall = _least([depth - (1.0 - channel_laws.OUTER) * self.size / length_unit, *solid], width)
         return smooth_minimum(8.0 / (3.0 * width) * wall, 8.0 / width * _least([depth, *free], width), width)
 
     def _clearance(self, channel: Channel) -> float:

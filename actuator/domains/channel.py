@@ -6,9 +6,12 @@ distance from the wall, is given beside it: in a cylinder the two add up to R.
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 import numpy as np
 
 from actuator.arrays import Floats
+from actuator.domains.interface import Domain
 from actuator.domains.smooth_minimum import smooth_minimum
 
 #: Shares of R: the source falls from 1 to 0 between the first two, Eq. (18); nothing is solid within the third,
@@ -48,3 +51,23 @@ def initial_design(
     tube = smooth_minimum(*wall, width)
     passive = smooth_minimum(depth, radii - FREE * size, width)
     return smooth_minimum(8.0 / (3.0 * width) * tube - 0.1 * np.maximum(height, 0.0), 8.0 / width * passive, width)
+
+
+class ByDepth(Domain):
+    """A domain with a wall of any shape around the channel, below which the initial design lies."""
+
+    @abstractmethod
+    def _distances(self, points: Floats, unit: float) -> tuple[Floats, Floats, float]:
+        """r, R - r, (...) each, and R, in a length unit of so many mm."""
+
+    def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """The bound on χ in C_χ of Eq. (21), (...)."""
+        radii, depth, reach = self._distances(points, length_unit)
+        return passive_bound(radii, depth, reach, interface_width / length_unit)
+
+    def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
+        """χ at t = 0, Eq. (22): a wall from 0.05 R to 0.55 R below the outside, a little thinner for X3 > 0; (...)."""
+        radii, depth, reach = self._distances(points, length_unit)
+        wall = depth - (1.0 - OUTER) * reach, (1.0 - INNER) * reach - depth
+        height, width = points[..., 2] / length_unit, interface_width / length_unit
+        return initial_design(radii, depth, wall, height, reach, width)

@@ -6,6 +6,7 @@ Seen from the axis, (0, X3), it is star-shaped: a ray from there meets it once.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -56,9 +57,13 @@ def fault(wall: Floats, axis: float) -> str:
 
 def distance(wall: Floats, places: Floats) -> Floats:
     """Distance of places (..., 2) from a wall, or from its mirror image for those at X2 < 0; (...)."""
-    places = np.stack([np.abs(places[..., 0]), places[..., 1]], axis=-1)
+    return from_pieces(pairwise(wall), np.stack([np.abs(places[..., 0]), places[..., 1]], axis=-1))
+
+
+def from_pieces(pieces: Iterable[tuple[Floats, Floats]], places: Floats) -> Floats:
+    """Distance of places (..., 2) from the nearest of straight pieces, given by their ends (2,); (...)."""
     nearest = np.full(places.shape[:-1], np.inf)
-    for start, end in pairwise(wall):
+    for start, end in pieces:
         along, from_start = end - start, places - start
         share = np.clip(from_start @ along / (along @ along), 0.0, 1.0)
         nearest = np.minimum(nearest, np.linalg.norm(from_start - share[..., None] * along, axis=-1))

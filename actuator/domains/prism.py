@@ -22,7 +22,7 @@ from actuator.domains.swept import Swept
 
 
 @dataclass(frozen=True)
-class Walled(Swept):
+class Walled(channel.ByDepth, Swept):
     """A domain swept along X1 inside a wall.
 
     Args:
@@ -109,18 +109,6 @@ class Walled(Swept):
     def inlet(self, points: Floats) -> Floats:
         """Profile of Eq. (18) around the inlet's axis, (...)."""
         return channel.inlet(self._radii(points), self.reach)
-
-    def passive_bound(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """The bound on χ in C_χ of Eq. (21), (...)."""
-        radii, depth, reach = self._distances(points, length_unit)
-        return channel.passive_bound(radii, depth, reach, interface_width / length_unit)
-
-    def initial_design(self, points: Floats, interface_width: float, length_unit: float = 1.0) -> Floats:
-        """χ at t = 0, Eq. (22): a wall from 0.05 R to 0.55 R below the surface, a little thinner for X3 > 0; (...)."""
-        radii, depth, reach = self._distances(points, length_unit)
-        wall = depth - (1.0 - channel.OUTER) * reach, (1.0 - channel.INNER) * reach - depth
-        height = points[..., 2] / length_unit
-        return channel.initial_design(radii, depth, wall, height, reach, interface_width / length_unit)
 
     def _radii(self, points: Floats) -> Floats:
         return np.asarray(np.hypot(points[..., 1], points[..., 2] - self.axis))

@@ -54,10 +54,6 @@ class RigidArm:
         """Of six entries those of the free coordinates, (m,)."""
         return full[[COORDINATES.index(name) for name in self.names]]
 
-    def paper_coordinates(self, T: Floats) -> Floats:
-        """T1, T3, mm, and θ2, rad, as Eqs. (6) to (9) have them, (3,)."""
-        return self.full(T)[PAPER_COORDINATES]
-
     def rotations(self, T: Floats) -> tuple[Floats, Floats, Floats]:
         """R (3, 3), ∂R/∂T (m, 3, 3) and ∂²R/∂T² (m, m, 3, 3)."""
         angles = self.full(T)[3:]
@@ -87,7 +83,7 @@ class RigidArm:
         _, dR, _ = self.rotations(T)
         directions = np.einsum("jik,nk->nij", dR, self._offset(points))
         for j, name in enumerate(self.names):
-            if name.startswith("T"):
+            if not is_angle(name):
                 directions[:, COORDINATES.index(name), j] = 1.0
         return directions
 

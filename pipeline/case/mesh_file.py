@@ -82,7 +82,7 @@ def read(file: Path, settings: MeshSettings) -> OwnMesh:
     """
     import meshio  # slow to load
 
-    from actuator.domains.own_mesh import Unusable, checked  # scikit-fem
+    from actuator.domains.own_mesh_checks import Unusable, checked  # scikit-fem
 
     if not file.is_file():
         raise Fault(ExitCode.USAGE, f"there is no file {file}; give the path of a mesh.")

@@ -52,7 +52,9 @@ def test_it_says_of_the_first_part_what_inflate_says(found: finish.Result) -> No
 
 
 def test_walls_and_the_passive_core_are_kept(found: finish.Result) -> None:
-    assert found.history["wall"][found.chosen] > 0.9 * CASE.finish.wall
+    wall, ratio = (found.history[name][found.chosen] for name in ("wall", "energy_ratio"))
+    assert wall > 0.9 * CASE.finish.wall
+    assert found.kept == (ratio <= 1.0 and wall >= CASE.finish.wall)
     bound = DOMAIN.refined(CASE.refine.factor).passive_bound(found.domain.points, 3.0)
     assert (found.chi <= np.maximum(bound, FINE.chi) + 1e-12).all()
 

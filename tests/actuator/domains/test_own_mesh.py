@@ -7,7 +7,8 @@ import pytest
 
 from actuator.domains.half_cylinder import HalfCylinder
 from actuator.domains.interface import Domain
-from actuator.domains.own_mesh import OwnMesh, checked
+from actuator.domains.own_mesh import OwnMesh
+from actuator.domains.own_mesh_checks import checked
 from actuator.domains.prism import Box
 from actuator.equations.discretisation import Discretisation
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_up_domain import Box
-from physics import halvings, parameters, rates
+from physics import half_cylinder, halvings, parameters, rates
 
 from actuator.equations.arm import COORDINATES
 from actuator.load_case import LoadCase
@@ -82,3 +84,29 @@ def test_reduced_gradient_of_a_goal_of_a_whole_actuator(name: str) -> None:
     values = [reduced.evaluate(chi + h * d, (at.state.x, at.state.p)).value for h in STEPS]
     left = [abs(value - at.value - h * slope) for value, h in zip(values, STEPS, strict=True)]
     assert min(rates(np.array(left))) > 1.9
+
+
+def test_force_of_an_end_that_is_held() -> None:
+    """With the stiffest spring it is the blocked force, which a spring ten times softer hardly changes."""
+    _, load, objective = parameters(passive_weight=0.0, area_weight=0.0, slope_weight=0.0, leak_weight=0.0)
+    domain, found = half_cylinder(2, 2, 3), []
+    d = np.cos(domain.points @ np.array([0.25, -0.4, 0.3]))
+    for ratio in (1e5, 1e6):
+        held = replace(load, spring_stiffness=load.spring_stiffness * ratio / 1.6e-2)
+        goal = Force(None, held.pressure * 15.0**2)
+        reduced = ReducedObjective(
+            domain,
+            parameters()[0],
+            [LoadCase(held, goal=goal)],
+            objective,
+            state_tolerance=1e-10,  # so stiff a spring's force has no more digits
+            adjoint_tolerance=3e-11,
+            threads=1,
+        )
+        at = reduced.evaluate(domain.initial_design(domain.points, 3.0))
+        slope = float(reduced.gradient(at).total @ d)
+        values = [reduced.evaluate(at.chi + h * d, (at.x, at.p)).value for h in STEPS]
+        assert min(rates(np.array(values) - at.value - slope * STEPS)) > 1.9
+        found.append(at.terms["C0"])
+    assert found[0] < 0.0
+    assert found[0] == pytest.approx(found[1], rel=1e-4)

@@ -24,8 +24,8 @@ CASE = """\
 domain: {core_cells: 4, rings: 2, layers: 4}
 load:
   chambers:
-    - {name: upper, center: [0, 6.5], radius: 2.5 mm}
-    - {name: lower, center: [0.0, -6.5 mm], radius: 2.5}
+    - {name: upper, centre: [0, 6.5], radius: 2.5 mm}
+    - {name: lower, centre: [0.0, -6.5 mm], radius: 2.5}
   cases:
     - {name: down, chambers: {upper: 0.02}}
     - {name: half, chambers: {upper: 0.02, lower: 0.01}, weight: 0.5}
@@ -44,7 +44,7 @@ def test_every_load_case_has_pressures_of_its_own() -> None:
     assert again.load == case.load
     scaled, units = similar(case.model_copy(update={"domain": case.domain.model_copy(update={"radius": 30.0})}))
     assert units.length == 2.0
-    assert scaled.load.chambers[0].center == [0.0, 3.25]
+    assert scaled.load.chambers[0].centre == [0.0, 3.25]
 
 
 def test_without_load_cases_the_section_has_the_pressures() -> None:
@@ -67,7 +67,7 @@ def test_without_load_cases_the_section_has_the_pressures() -> None:
             "6: load.cases: load case 'down' has a chamber 'uper', and there are upper, lower; write one of these",
         ),
         (("lower: 0.01", "lower: -0.01"), "8: load.cases.1.chambers.lower: must be at least 0, not -0.01"),
-        (("[0, 6.5]", "[6.5]"), "4: load.chambers.0.center: must have at least 2 entries, not 1; change the list"),
+        (("[0, 6.5]", "[6.5]"), "4: load.chambers.0.centre: must have at least 2 entries, not 1; change the list"),
         (
             ("weight: 0.5", "pressure_ratio: 0.1"),
             "8: load.cases.1: has both 'pressure_ratio' and 'chambers'; write one of the two",
